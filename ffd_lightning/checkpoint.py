@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 from jaxtyping import Float, UInt8
-from torch import Tensor
+from torch import Tensor, nn
 
 from ffd_lightning.components import OWN, Component
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -32,7 +32,7 @@ from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
 if TYPE_CHECKING:  # Lightning takes a second to load: inference does without
     from ffd_lightning.data.datamodule import FfdDataModule
 
-_ENTRY, _NETWORK = "model", "network."
+_ENTRY = "model"
 
 
 @dataclass(frozen=True)
@@ -216,18 +216,24 @@ def load_model(checkpoint: Path) -> TrainedModel:
     seen = shrunk_size(sizes["image_size"], sizes.get("shrink", 1))
     built = encoder.build(image_size=seen, batch_norm_momentum=0.1)
     network = TemplateFfdNetwork(built, **sizes)
-    own = {name: value for name, value in state["state_dict"].items() if name.startswith(_NETWORK)}
-    try:
-        network.load_state_dict({name.removeprefix(_NETWORK): own[name] for name in own})
-    except RuntimeError as error:
-        reason = str(error).splitlines()[1].strip() if "\n" in str(error) else str(error)
-        raise ConfigError(f"the checkpoint {checkpoint} is of another network ({reason})") from None
+    if reason := load_weights(network, state):
+        raise ConfigError(f"the checkpoint {checkpoint} is of another network ({reason})")
     if "template_codes" in content:
         network.use_templates(content["template_codes"], bank.sample(consensus.POINTS))
         camera = render.only_camera if content.get("one_camera") else None
         network.projection = None if camera is None else camera.projection
     step = int(state["global_step"])
     return TrainedModel(network.eval(), bank, fill, render, categories, record, step)
+
+
+def load_weights(module: nn.Module, state: Mapping[str, Any], part: str = "network.") -> str:
+    """Give a module its weights of a checkpoint's content; return what does not fit, or ""."""
+    weights = state["state_dict"].items()
+    try:
+        module.load_state_dict({k.removeprefix(part): v for k, v in weights if k.startswith(part)})
+    except RuntimeError as error:
+        return str(error).split("\n\t")[1 if "\n\t" in str(error) else 0]
+    return ""
 
 
 def encoder_component(content: Mapping[str, Any]) -> Component | None:

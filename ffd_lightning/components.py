@@ -96,8 +96,7 @@ KINDS: dict[str, Kind] = {
     "template_strategy": Kind(
         "how templates are chosen",
         built_in=_of("data.templates.choice", auto="AutoTemplates", paper="PaperTemplates")
-        | _of("data.templates.choice", medoids="MedoidTemplates", diverse="DiverseTemplates")
-        | _of("data.templates.choice", random="RandomTemplates")
+        | _of("data.templates.choice", medoids="MedoidTemplates", random="RandomTemplates")
         | _of("data.templates.choice", listed="ListedTemplates", ranking="ListedTemplates"),
     ),
     "source": Kind(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import os
 import secrets
 from collections.abc import Iterator, Mapping, Sequence
@@ -60,6 +61,14 @@ def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     writer.writeheader()
     writer.writerows(rows)
     write_atomic(path, buffer.getvalue())
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Return what a file of JSON holds, {} where there is none or it is damaged."""
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return {}
 
 
 def lock_folder(folder: Path, taken: str) -> AbstractContextManager[object]:

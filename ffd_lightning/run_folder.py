@@ -15,7 +15,7 @@ import yaml
 from filelock import FileLock, Timeout
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.files import lock_folder, write_atomic
+from ffd_lightning.files import lock_folder, read_json, write_atomic
 
 NOT_DECIDING = (
     *("trainer", "logger", "callbacks", "protocol", "evaluation", "paths", "preparation"),
@@ -31,14 +31,6 @@ def decides(key: str) -> bool:
     [True, False, True]
     """
     return key == "trainer.precision" or key.split(".")[0] not in NOT_DECIDING
-
-
-def _read_json(file: Path) -> dict[str, Any]:
-    """Return what a file holds, {} where there is none or it is damaged."""
-    try:
-        return dict(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError):
-        return {}
 
 
 @dataclass(frozen=True)
@@ -114,7 +106,7 @@ class RunFolder:
     @property
     def status(self) -> dict[str, Any]:
         """What `status.json` says; {} for a run that never started or a file that is damaged."""
-        return _read_json(self.path / "status.json")
+        return read_json(self.path / "status.json")
 
     @property
     def finished(self) -> bool:
@@ -149,7 +141,7 @@ class RunFolder:
     @property
     def data(self) -> dict[str, Any]:
         """What `data.json` says of the data that the run was trained on; {} where nothing does."""
-        return _read_json(self.path / "data.json")
+        return read_json(self.path / "data.json")
 
     def set_data(self, record: Mapping[str, Any]) -> None:
         """Write `data.json`: see `FfdDataModule.record`."""
@@ -158,7 +150,7 @@ class RunFolder:
     @property
     def progress(self) -> dict[str, Any]:
         """What `progress.json` says of a run at work; {} where there is nothing to say."""
-        return _read_json(self.path / "progress.json")
+        return read_json(self.path / "progress.json")
 
     def set_progress(self, phase: str, done: int, total: int, seconds_left: float | None) -> None:
         """Write `progress.json`: how much of a phase is done, and how long the rest takes."""

@@ -7,14 +7,21 @@ import contextlib
 import io
 import logging
 import os
+import subprocess
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
+from hydra import compose, initialize_config_dir
+from hydra.core.hydra_config import HydraConfig
 from hydra.core.singleton import Singleton
 
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.configuration import config_folder, prepare_hydra
 from ffd_lightning.app.main import run
+from ffd_lightning.app.settings import read_settings
 
 ROOT = Path(__file__).parents[1]
 
@@ -60,6 +67,36 @@ def run_command(name, *arguments, cwd=ROOT):
         root.handlers[:] = handlers
         root.setLevel(level)
     return Done(code or 0, stdout.getvalue(), stderr.getvalue())
+
+
+@contextlib.contextmanager
+def composed_job(*overrides):
+    """The configuration of a job of `ffd train` as Hydra has it within the job, itself included."""
+    prepare_hydra(TrainConfig, overrides)
+    with initialize_config_dir(str(config_folder()), version_base="1.3"):
+        composed = compose("train", list(overrides), return_hydra_config=True)
+        HydraConfig.instance().set_config(composed)
+        yield composed
+
+
+def call(module, *words):
+    """Return what a plain command returns, without its messages for the terminal."""
+    return module.main(read_settings(module.Settings, words, module.MAIN))
+
+
+def python(*arguments, folder=ROOT, path=ROOT):
+    """Run Python in a folder, by the package in `path`."""
+    command, environment = [sys.executable, *arguments], {"PYTHONPATH": str(path), "COLUMNS": "200"}
+    options = {"env": os.environ | environment, "capture_output": True, "text": True}
+    return subprocess.run(command, cwd=folder, **options)
+
+
+def wait_for(condition):
+    """Wait until something is so; the limit only ends a test that would hang."""
+    end = time.monotonic() + 600
+    while not condition():
+        assert time.monotonic() < end, "it did not happen"
+        time.sleep(0.01)
 
 
 def killed_training(step, method="on_train_batch_start"):

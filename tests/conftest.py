@@ -13,11 +13,16 @@ import jaxtyping
 import pytest
 import torch
 
+from ffd_lightning import pretrained
+from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
+from ffd_lightning.app.training_run import train
+from ffd_lightning.checkpoint import load_model, model_entry
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.run_folder import RunFolder
 
 TINY = (
     "category=table",
@@ -95,9 +100,6 @@ def tiny_run(tiny_config, tmp_path_factory):
 
     After so few steps moving averages would be of the first weights and features vanish.
     """
-    from ffd_lightning.app.training_run import train
-    from ffd_lightning.run_folder import RunFolder
-
     folder = tmp_path_factory.mktemp("runs")
     chosen = folder / "templates.txt"
     chosen.write_text("\n".join((TRESTLE, PLAIN, GLASS, PEBBLE)))
@@ -125,8 +127,6 @@ def selecting(tiny_run, tmp_path_factory):
 
     The checkpoint is alone in a folder, and its deformations are large enough to be seen.
     """
-    from ffd_lightning.checkpoint import load_model
-
     ids = load_model(tiny_run.checkpoint).bank.ids
 
     def make(template):
@@ -151,20 +151,33 @@ SOFAS, TABLES = range(2), range(2, 4)
 """The templates of the joint checkpoint."""
 
 
+def begun(cfg):
+    """Return the data of a configuration, and its network with the same weights each time."""
+    torch.manual_seed(0)
+    data, network = build_data(cfg), build_network(cfg).train()
+    data.setup()
+    return data, network
+
+
+def written(path, data, network, step, name):
+    """Write a network as the checkpoint of a run's step, with what an optimizer keeps."""
+    entry = model_entry(network, data, {"run": name})
+    state = {f"network.{name}": value for name, value in network.state_dict().items()}
+    moments = {f"moment.{name}": torch.zeros_like(value) for name, value in state.items()}
+    content = {"state_dict": state, "global_step": step, "optimizer_states": [moments], **entry}
+    torch.save(content, path)
+    return path
+
+
 @pytest.fixture(scope="session")
 def joint_checkpoint(tiny_config, tmp_path_factory):
     """A checkpoint of sofas and tables, two templates each, that has seen one batch.
 
     Its heaviest template is a sofa, and yet its tables are heavier together.
     """
-    from ffd_lightning.app.build import build_data, build_network
-    from ffd_lightning.checkpoint import model_entry
-
-    torch.manual_seed(0)
     members = ("category=joint", "category.members=[sofa,table]", "templates=t4")
-    cfg = tiny_config(*members, "network.offset_std=0.02", "network.batch_norm_momentum=1")
-    data, network = build_data(cfg), build_network(cfg).train()
-    data.setup()
+    settings = (*members, "network.offset_std=0.02", "network.batch_norm_momentum=1")
+    data, network = begun(tiny_config(*settings))
     rows = (0, 1, len(data.prepared) - 2, len(data.prepared) - 1)
     images = [data.prepared.image(row)[..., :3] for row in rows]
     with torch.no_grad():
@@ -172,41 +185,25 @@ def joint_checkpoint(tiny_config, tmp_path_factory):
         logits = network.heads.logits
         logits.weight.mul_(0.01)
         logits.bias.copy_(torch.tensor([1.0, -2.0, 0.8, 0.7]))
-    state = {f"network.{name}": value for name, value in network.state_dict().items()}
     path = tmp_path_factory.mktemp("joint") / "joint.ckpt"
-    moments = {f"moment.{name}": torch.zeros_like(value) for name, value in state.items()}
-    entry = model_entry(network, data, {"run": "default/joint/b/t4/seed0"})
-    content = {"state_dict": state, "global_step": 3, "optimizer_states": [moments], **entry}
-    torch.save(content, path)
-    return path
+    return written(path, data, network, 3, "default/joint/b/t4/seed0")
 
 
 @pytest.fixture(scope="session")
 def conditioned_checkpoint(tiny_config, tmp_path_factory):
     """A checkpoint whose heads are told their templates, two tables, and that has seen a batch."""
-    from ffd_lightning.app.build import build_data, build_network
-    from ffd_lightning.checkpoint import model_entry
-
-    torch.manual_seed(0)
     settings = ("heads=conditioned", "heads.draw=3", "templates=t2", "network.offset_std=0.02")
-    cfg = tiny_config("category=table", *settings, "network.batch_norm_momentum=1")
-    data, network = build_data(cfg), build_network(cfg).train()
-    data.setup()
+    data, network = begun(tiny_config(*settings, "network.batch_norm_momentum=1"))
     batch = data.store.batch(data.train_dataloader().loader.dataset[0])
     with torch.no_grad():
         network(batch.images, batch.drawn)
-    entry = model_entry(network, data, {"run": "default/table/b/t2/seed0"})
-    state = {f"network.{name}": value for name, value in network.state_dict().items()}
     path = tmp_path_factory.mktemp("conditioned") / "conditioned.ckpt"
-    torch.save({"state_dict": state, "global_step": 1, **entry}, path)
-    return path
+    return written(path, data, network, 1, "default/table/b/t2/seed0")
 
 
 @pytest.fixture
 def shipped(joint_checkpoint, monkeypatch, tmp_path):
     """The joint checkpoint as the model that comes with the package: its place."""
-    from ffd_lightning import pretrained
-
     path = tmp_path / "shipped.ckpt"
     path.write_bytes(joint_checkpoint.read_bytes())
     monkeypatch.setattr(pretrained, "MODEL", path)

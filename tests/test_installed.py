@@ -1,17 +1,15 @@
 """The wheel, installed and used from another folder."""
 
-import os
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import ROOT, python
 from conftest import TINY
 from PIL import Image
 
-ROOT = Path(__file__).parents[1]
 SETTINGS = (*TINY, "schedule.steps=2", "preparation.workers=1")
 REGIME = """\
 # own: a regime of one's own
@@ -42,9 +40,7 @@ def installed(tmp_path_factory):
 
 def ffd(installed, folder, *arguments):
     """Run the installed command in a folder that is no checkout."""
-    command = [sys.executable, "-m", "ffd_lightning", *arguments]
-    environment = os.environ | {"PYTHONPATH": str(installed), "COLUMNS": "200"}
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    done = python("-m", "ffd_lightning", *arguments, folder=folder, path=installed)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout + done.stderr
 

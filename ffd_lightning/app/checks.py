@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+import torch
+
+from ffd_lightning.app.build import build_all, build_source, category_names
 from ffd_lightning.app.config import PrepareConfig, TrainConfig
+from ffd_lightning.app.first_weights import weights_problem
 from ffd_lightning.components import plain, written
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -15,21 +19,17 @@ _CAMERAS = ("camera", "elevation", "azimuths", "random_views", "samples")
 
 def validate(cfg: PrepareConfig) -> None:
     """Check a configuration to prepare data with, or to train with; build all that is cheap."""
-    from ffd_lightning.app import build
-
     problems = list(_data_problems(cfg))
     if isinstance(cfg, TrainConfig):
         problems += _training_problems(cfg)
     if problems:
         raise ConfigError("; ".join(problems))
     if isinstance(cfg, TrainConfig):
-        build.build_all(cfg)
+        build_all(cfg)
 
 
 def _data_problems(cfg: PrepareConfig) -> Iterator[str]:
     """Name files that are not there, and cameras of images that are given."""
-    from ffd_lightning.app.build import build_source, category_names
-
     found = [("data", cfg.data.settings.get("root"))]
     if isinstance(cfg, TrainConfig):
         found.append(("split", cfg.split.settings.get("file")))
@@ -54,10 +54,6 @@ def _data_problems(cfg: PrepareConfig) -> Iterator[str]:
 
 
 def _training_problems(cfg: TrainConfig) -> Iterator[str]:
-    import torch
-
-    from ffd_lightning.app.first_weights import weights_problem
-
     if cfg.trainer.accelerator in ("gpu", "cuda") and not torch.cuda.is_available():
         yield f"trainer.accelerator={cfg.trainer.accelerator}: there is no GPU: use trainer=auto"
     regime, points = cfg.regime, cfg.schedule.num_points

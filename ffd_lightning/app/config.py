@@ -8,7 +8,7 @@ group does not say of a setting is said by the signature that its `settings_like
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -361,7 +361,7 @@ class TrainConfig(PrepareConfig):
         name: of the experiment: its folder below `paths.runs`.
         seed: decides first weights and what each step sees.
         restart: discards what the run folder holds.
-        provided: which package each component came from that is not ours; filled in by training.
+        provided: from which package each component came that is not ours; not given by users.
         base: overrides that a study makes: its folders' names leave them out.
     """
 
@@ -391,7 +391,24 @@ class TrainConfig(PrepareConfig):
 
 
 @dataclass(kw_only=True)
-class EvaluateConfig:
+class TemplateSettings:
+    """Which meshes take the place of a network's own templates.
+
+    Attributes:
+        templates: meshes to take as templates in place of the network's own: a folder, files, a
+            pattern, or a list of those; for networks of heads=conditioned, as that is which comes
+            with the package.
+        up: the axis of those meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
+    """
+
+    templates: list[str] | None = None
+    up: Up = "y"
+    yaw: float = 0.0
+
+
+@dataclass
+class EvaluateConfig(TemplateSettings):
     """Everything that `evaluate` reads.
 
     Attributes:
@@ -401,8 +418,6 @@ class EvaluateConfig:
         data_root: where the run's prepared data is, if not where it was.
         templates: meshes to take as templates in place of the run's, see `ffd predict`; `train` for
             all shapes of the run that are not tested on. Shapes among them are not tested.
-        up: the axis of those meshes that points up.
-        yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
         device: auto, cpu, cuda, cuda:1, ...
         progress_bar: shows how far it is.
         restart: scores everything again.
@@ -410,14 +425,12 @@ class EvaluateConfig:
     """
 
     run: str = MISSING
+    _: KW_ONLY
     protocol: Component
     evaluation: EvaluationConfig
     checkpoint: str | None = None
     prepared: str | None = None
     data_root: str | None = None
-    templates: list[str] | None = None
-    up: Up = "y"
-    yaw: float = 0.0
     device: str = "auto"
     progress_bar: bool = True
     restart: bool = False

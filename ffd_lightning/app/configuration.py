@@ -103,19 +103,6 @@ def _places(schema: type[Any]) -> Iterator[tuple[str, str]]:
     yield from ((w, k) for w, k in {**GROUPS, **LISTS}.items() if w.split(".")[0] in fields)
 
 
-def _register(schema: type[Any]) -> None:
-    """Make the settings of a command, and all components that it can choose, known to Hydra."""
-    store = ConfigStore.instance()
-    store.store(name="schema", node=nodes(settings_of(schema)))
-    for where, kind in _places(schema):
-        for name in components.names(kind):
-            node = {label_of(kind): name, **nodes(all_settings(kind, name))}
-            group, package = where.replace(".", "/"), where
-            if where in LISTS:
-                group, package = group.removesuffix("s"), f"{where}.{name}"
-            store.store(group=group, name=name, node=node, package=package)
-
-
 # --- from composed to typed -----------------------------------------------------------------------
 
 
@@ -130,7 +117,7 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
     for old in RENAMED.keys() & flat(plain).keys():
         raise ConfigError(f"the setting {old} of earlier versions is {RENAMED[old]} now")
     components.load_plugins(plain.get("plugins") or [])
-    provided = plain.get("provided") or {}
+    provided, chosen = plain.get("provided") or {}, list[Component]()
     for where, kind in _places(schema):
         above, _, key = where.rpartition(".")
         group = plain
@@ -138,9 +125,14 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
             group = plain[above] = _mapping(above, plain.get(above))
         if where not in LISTS:
             group[key] = choose(kind, group.get(key, _ADDED.get(where)), where, provided)
+            chosen.append(group[key])
             continue
         labelled = _mapping(where, group.get(key)).items()
         group[key] = {name: choose(kind, x, f"{where}.{name}", provided) for name, x in labelled}
+        chosen += group[key].values()
+    if "provided" in settings_of(schema):
+        foreign = {f"{x.kind} {x.name}": x.provider for x in chosen if x.provider != OWN}
+        plain["provided"] = foreign
     found: _Config = components.build(schema, plain, "")
     return found
 
@@ -174,17 +166,6 @@ def _mapping(where: str, node: Any) -> dict[str, Any]:
     if node is None:
         raise ConfigError(f"these settings must be given: {group}=...")
     raise ConfigError(f"{where}={node} is a group: write {group}={node}, without spaces")
-
-
-def chosen_components(config: Any) -> list[Component]:
-    """Return all components of typed settings."""
-    found: list[Component] = []
-    for where in (*GROUPS, *LISTS):
-        node = config
-        for step in where.split("."):
-            node = getattr(node, step, None)
-        found += node.values() if isinstance(node, Mapping) else [] if node is None else [node]
-    return found
 
 
 # --- and back -------------------------------------------------------------------------------------
@@ -299,11 +280,19 @@ def jobs(sweep: Sequence[str]) -> list[list[str]]:
 
 
 def prepare_hydra(schema: type[Any], arguments: Sequence[str]) -> None:
-    """Make settings, components and resolvers known to Hydra, plugins included."""
+    """Tell Hydra a command's settings, the components that it can choose, and resolvers."""
     from ffd_lightning.app import identity
 
     components.load_plugins(named_plugins(arguments))
-    _register(schema)
+    store = ConfigStore.instance()
+    store.store(name="schema", node=nodes(settings_of(schema)))
+    for where, kind in _places(schema):
+        for name in components.names(kind):
+            node = {label_of(kind): name, **nodes(all_settings(kind, name))}
+            group, package = where.replace(".", "/"), where
+            if where in LISTS:
+                group, package = group.removesuffix("s"), f"{where}.{name}"
+            store.store(group=group, name=name, node=node, package=package)
     for resolver in (identity.run_folder, identity.run_suffix):
         OmegaConf.register_new_resolver(resolver.__name__, resolver, replace=True)
 
@@ -342,8 +331,7 @@ def run_hydra(
         from ffd_lightning.app.help import command_help
 
         components.load_plugins(named_plugins(given))
-        folders = [config_folder(), *([Path(args.config_dir)] if args.config_dir else [])]
-        print(command_help(name, schema, folders, everything="all" in given))
+        print(command_help(name, schema, args.config_dir, everything="all" in given))
         return
     prepare_hydra(schema, given)
     overrides = _for_hydra(args.overrides, schema, several=args.multirun)

@@ -8,14 +8,14 @@ from typing import Any
 
 from ffd_lightning import components
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.checkpoint import encoder_component, read_checkpoint
+from ffd_lightning.checkpoint import encoder_component, load_weights, read_checkpoint
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.inference.predictor import checkpoint_of
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.pretrained import pretrained_model
 
-EMBEDDED, _NETWORK = "embedded", "network."
+EMBEDDED = "embedded"
 
 KERAS_FILES: dict[float, str] = {
     0.25: "mobilenet_2_5_192_tf_no_top.h5",
@@ -32,13 +32,13 @@ KERAS_ADDRESS = "https://github.com/fchollet/deep-learning-models/releases/downl
 def load_first_weights(encoder: ImageEncoder, weights: str) -> None:
     """Give an encoder the weights that `encoder.weights` names."""
     if weights == EMBEDDED:
-        encoder.load_state_dict(_embedded(encoder))
+        _load_embedded(encoder)
     elif weights != "none":
         encoder.load_weights(weights)
 
 
-def _embedded(encoder: ImageEncoder) -> dict[str, Any]:
-    """Return the weights of the encoder of the trained model that comes with the package."""
+def _load_embedded(encoder: ImageEncoder) -> None:
+    """Give an encoder the weights that it has in the trained model that comes with the package."""
     content = read_checkpoint(pretrained_model())
     there, asked = encoder_component(content["model"]), encoder.component
     recorded = (there.name, dict(there.settings)) if there else ("", {})
@@ -47,8 +47,8 @@ def _embedded(encoder: ImageEncoder) -> dict[str, Any]:
         raise ConfigError(
             f"encoder.weights=embedded is of encoder={recorded[0]} {own}: leave encoder.weights out"
         )
-    weights, prefix = content["state_dict"], f"{_NETWORK}encoder."
-    return {k.removeprefix(prefix): v for k, v in weights.items() if k.startswith(prefix)}
+    problem = load_weights(encoder, content, "network.encoder.")
+    assert not problem, problem
 
 
 def load_network_weights(network: TemplateFfdNetwork, weights: str) -> None:
@@ -57,16 +57,11 @@ def load_network_weights(network: TemplateFfdNetwork, weights: str) -> None:
     Raises:
         ConfigError: there is no such run or checkpoint, or it is of another network.
     """
-    state = read_checkpoint(_network_file(weights))["state_dict"]
-    own = {k.removeprefix(_NETWORK): v for k, v in state.items() if k.startswith(_NETWORK)}
-    try:
-        network.load_state_dict(own)
-    except RuntimeError as error:
-        reason = str(error).split("\n\t")[1 if "\n\t" in str(error) else 0]
+    if reason := load_weights(network, read_checkpoint(_network_file(weights))):
         raise ConfigError(
             f"network.weights={weights} is of another network ({reason}): encoder, heads and "
             "network.* must be as they were"
-        ) from None
+        )
 
 
 def _network_file(weights: str) -> Path:

@@ -14,7 +14,7 @@ from omegaconf import OmegaConf
 
 from ffd_lightning import components
 from ffd_lightning.app.config import GROUPS, LISTS
-from ffd_lightning.app.configuration import common_settings
+from ffd_lightning.app.configuration import common_settings, config_folder
 from ffd_lightning.app.settings import default_text, settings_help, two_columns
 from ffd_lightning.components import KINDS, OWN, Setting, settings_of
 
@@ -88,12 +88,13 @@ def _first_comment(file: Path) -> str:
 
 
 def command_help(
-    name: str, schema: type[Any], folders: Sequence[Path], everything: bool = False
+    name: str, schema: type[Any], config_dir: str | None, everything: bool = False
 ) -> str:
-    """Return the help of a command: what is usual, or everything.
+    """Return the help of a command: what is usual, or everything; options of `config_dir`, too.
 
-    It begins with `hydra.help.template` of `<name>.yaml` in the first folder, ours.
+    It begins with `hydra.help.template` of our `<name>.yaml`.
     """
+    folders = [config_folder(), *([] if config_dir is None else [Path(config_dir)])]
     file = OmegaConf.load(folders[0] / f"{name}.yaml")
     intro = str(OmegaConf.select(file, "hydra.help.template")).rstrip()
     if everything:

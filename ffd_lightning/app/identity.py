@@ -6,8 +6,6 @@ A run is its configuration without the groups that say where, how fast and how m
 
 from __future__ import annotations
 
-import hashlib
-import json
 import re
 from collections.abc import Mapping
 from functools import lru_cache
@@ -24,6 +22,7 @@ from ffd_lightning import components
 from ffd_lightning.app.config import EvaluateConfig, TrainConfig
 from ffd_lightning.app.configuration import chooses, content, differences, flat, typed_config
 from ffd_lightning.components import plain
+from ffd_lightning.data.preparation.prepared import digest_of
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.files import write_atomic
 from ffd_lightning.run_folder import RunFolder, decides
@@ -108,7 +107,7 @@ def run_suffix(_root_: DictConfig) -> str:
         own = identity(config := typed_config(without_suffix(whole), TrainConfig))
     except (ConfigError, OmegaConfBaseException):
         # The job itself says what is wrong, as soon as it starts: not in another run's folder.
-        return f"_invalid-{_digest(chr(10).join(overrides))}"
+        return f"_invalid-{digest_of(overrides)[:_HASH]}"
     read = OverridesParser.create().parse_overrides
     options = {o.get_key_element().lstrip("+"): o for o in read(overrides) if chooses(o)}
     base = {o.get_key_element().lstrip("+"): o for o in read(config.base)}
@@ -175,12 +174,8 @@ def difference_name(settings: Mapping[str, Any]) -> str:
         ):
             words.append(word)
     if len(words) < len(given):
-        words.append(_digest(json.dumps(given, sort_keys=True)))
+        words.append(digest_of(given)[:_HASH])
     return "".join(f"_{word}" for word in words)
-
-
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:_HASH]
 
 
 def evaluation_name(cfg: TrainConfig | EvaluateConfig) -> str:

@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Protocol
 
+from ffd_lightning.app.config import TemplateSettings
 from ffd_lightning.checkpoint import TrainedModel
-from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.inference.own_templates import OwnTemplates, of_files
-
-
-class TemplateSettings(Protocol):
-    """What settings of such a command have."""
-
-    templates: list[str] | None
-    up: Up
-    yaw: float
 
 
 def named_templates(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
@@ -13,6 +12,7 @@ import numpy as np
 
 from ffd_lightning import components
 from ffd_lightning.app.studies import Search, merged, value_of
+from ffd_lightning.data.preparation.prepared import digest_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic, write_csv
 from ffd_lightning.run_folder import decides, find_runs
@@ -48,9 +48,8 @@ def run_search(
     maximize, done = measures[search.measure].higher_is_better, optuna.trial.TrialState.COMPLETE
     deciding = sorted(x for x in overrides if _decides(x.lstrip("+~").partition("=")[0]))
     settings = [deciding, search.measure, asdict(search)["parameters"]]
-    digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:_DIGITS]
     study = optuna.create_study(
-        study_name=f"search-{digest}",
+        study_name=f"search-{digest_of(settings)[:_DIGITS]}",
         storage=f"sqlite:///{folder.absolute() / 'search.db'}",
         direction="maximize" if maximize else "minimize",
         load_if_exists=True,

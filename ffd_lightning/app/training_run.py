@@ -26,10 +26,8 @@ from ffd_lightning.app.build import (
 )
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import EvaluateConfig, TrainConfig
-from ffd_lightning.app.configuration import chosen_components
 from ffd_lightning.app.first_weights import leak_warning
 from ffd_lightning.checkpoint import read_checkpoint
-from ffd_lightning.components import OWN
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.templates.summary import outlier_note, outlier_rows, template_rows
 from ffd_lightning.data.twins import twin_warning, twins
@@ -82,8 +80,6 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     """
     validate(cfg)
     cfg.paths.data = str(Path(cfg.paths.data).absolute())  # a run may be opened from elsewhere
-    chosen = [x for x in chosen_components(cfg) if x.provider != OWN]
-    cfg.provided = {f"{x.kind} {x.name}": x.provider for x in chosen}
     if _rank() != 0:
         return _train(cfg, run)
     with run.lock():

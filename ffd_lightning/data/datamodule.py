@@ -114,8 +114,8 @@ class TrainingIndices(_Indices):
             pictures = rng.integers(self.views, size=len(templates))
             drawn = {"template_rows": _tensor(templates), "template_views": _tensor(pictures)}
         mine = slice(self.rank, None, self.world_size)
-        found = _batch_indices(rows[mine], views[mine], points[mine], template_points, int(own[0]))
-        return found._replace(**drawn)
+        of_queries = _tensor(rows[mine]), _tensor(views[mine]), _tensor(points[mine])
+        return BatchIndices(*of_queries, _tensor(template_points), int(own[0]), **drawn)
 
     def _in_passes(self, step: int) -> NDArray[np.int64]:
         places, count = step * self.batch_size + np.arange(self.batch_size), len(self.rows)
@@ -137,18 +137,12 @@ class EvaluationIndices(_Indices):
     def __getitem__(self, chunk: int) -> BatchIndices:
         rows = self.rows[chunk * self.batch_size : (chunk + 1) * self.batch_size]
         points = [self._points(1, np.random.default_rng([self.seed, 3, k]))[0] for k in rows]
-        return _batch_indices(rows, np.zeros(len(rows)), points, self._template_points)
+        of_queries = _tensor(rows), _tensor(np.zeros(len(rows))), _tensor(points)
+        return BatchIndices(*of_queries, _tensor(self._template_points))
 
     @cached_property
     def _template_points(self) -> NDArray[np.int64]:
         return self._points(self.num_templates, np.random.default_rng([self.seed, 4, 0]))
-
-
-def _batch_indices(
-    rows: Any, views: Any, points: Any, template_points: Any, seed: int | None = None
-) -> BatchIndices:
-    first, second, third, fourth = map(_tensor, (rows, views, points, template_points))
-    return BatchIndices(first, second, third, fourth, seed)
 
 
 def _tensor(values: Any) -> torch.Tensor:
@@ -491,9 +485,7 @@ class FfdDataModule(LightningDataModule):
         """The test shapes with fixed points, in their order."""
         return self._scored(self.split.test)
 
-    def predict_dataloader(self) -> Batches:
-        """The test shapes, in their order."""
-        return self.test_dataloader()
+    predict_dataloader = test_dataloader
 
     def on_after_batch_transfer(self, batch: BatchIndices | Batch, dataloader_idx: int) -> Batch:
         """Gather a batch where the loader has not, and change the images of a training step."""

@@ -92,11 +92,6 @@ class PreparedShape(Candidate):
         points, parts = self.prepared.cloud(self.row), self.prepared.point_parts(self.row)
         return _part_cloud(points[half], parts, half, self.prepared.part_names)
 
-    @property
-    def category_parts(self) -> tuple[str, ...]:
-        """Names of the parts that shapes of its category have."""
-        return self.prepared.part_names_of(self.row)
-
 
 @dataclass(frozen=True)
 class TemplateShape(Candidate):

@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.preparation.prepared import PreparedSet, spread_rows
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.candidates import Candidate, PreparedShape, TemplateShape
 from ffd_lightning.evaluation.capacity import fitted_template
@@ -83,8 +83,7 @@ def medoid(prepared: PreparedSet, among: Sequence[int]) -> int:
 
     Of a larger set, 512 shapes evenly spread are looked at, with 256 points each.
     """
-    places = np.linspace(0, len(among) - 1, min(len(among), _MEDOID_SHAPES)).astype(int)
-    rows = [among[k] for k in places]
+    rows = [among[k] for k in spread_rows(len(among), _MEDOID_SHAPES)]
     clouds = _clouds(prepared, rows, _COARSE)
     totals = [float(chamfer_distance(cloud, clouds, "mean").sum()) for cloud in clouds]
     return rows[int(np.argmin(totals))]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+_RADIUS = 3.2  # of the paper's numbers
 # A squared radius within this share of its lower bound is the smallest: rounding is all that is
 # left. The search ends without it too, but it may take in rounding errors as if they were points.
 _ROUNDING = 4 * np.finfo(np.float64).eps
@@ -22,19 +23,18 @@ class Hemisphere(NamedTuple):
     center: NDArray[np.float64]
     radius: float
 
-    def transform(self, points: ArrayLike, radius: float = 3.2) -> NDArray[np.float64]:
-        """Carry points (*batch, 3) into the frame where this hemisphere is centred, of a radius.
+    def transform(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Carry points (*batch, 3) into the frame where this hemisphere is centred, of radius 3.2.
 
-        What was inside has y >= 0 and lies within `radius` of the origin afterwards (3.2 for the
-        paper's numbers). Nothing is turned. A prediction is carried by the hemisphere of its ground
-        truth.
+        What was inside has y >= 0 and lies within that of the origin afterwards. Nothing is turned.
+        A prediction is carried by the hemisphere of its ground truth.
 
         Raises:
             ValueError: a hemisphere of radius 0 (all vertices were one point) has no scale.
         """
         if not self.radius > 0:
             raise ValueError("the hemisphere has no extent: all its vertices are one point")
-        return (np.asarray(points, np.float64) - self.center) / self.radius * radius
+        return (np.asarray(points, np.float64) - self.center) / self.radius * _RADIUS
 
 
 def bounding_hemisphere(vertices: ArrayLike) -> Hemisphere:

@@ -16,16 +16,15 @@ from typing import Any
 import numpy as np
 import torch
 from lightning import Callback, LightningModule, Trainer
-from torch import Tensor
 
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.data.preparation.prepared import spread_rows
 from ffd_lightning.evaluation.figures import reconstruction_figure, template_figure
+from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.imaging.grid import Picture
 from ffd_lightning.imaging.rendering import render
-from ffd_lightning.nn.network import TemplateFfdNetwork, evaluating
+from ffd_lightning.nn.network import evaluating
 from ffd_lightning.progress import CountProgress
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.module import FfdModule
@@ -233,28 +232,16 @@ class Reconstructions(Callback):
             if step < total:
                 figure = np.asarray(reconstruction_figure(network, prepared, bank, rows))
                 writer.add_image("worked_examples/reconstructions", figure, step, dataformats="HWC")
-            clouds = deformed_clouds(network, prepared, bank, rows)
-        truths = [torch.from_numpy(prepared.cloud(row, _CLOUD_POINTS)) for row in rows]
-        write_clouds(writer, self._clouds, list(zip(clouds, truths, strict=True)), step)
+            found = predict(network, prepared, [Sample(row) for row in rows])
+        pairs = []
+        for k, (row, t) in enumerate(zip(rows, found.selected, strict=True)):
+            matrix, offsets = bank.deformation_matrix[t, :_CLOUD_POINTS], found.offsets[k, t]
+            moved = deform(matrix, bank.control_points[t], torch.from_numpy(offsets))
+            pairs.append((moved, torch.from_numpy(prepared.cloud(row, _CLOUD_POINTS))))
+        write_clouds(writer, self._clouds, pairs, step)
 
 
 def example_rows(data: FfdDataModule, count: int) -> list[int]:
     """Return rows of `count` validation shapes, spread evenly; of all where there are fewer."""
     rows = data.rows(data.split.selection_ids)
-    count = min(count, len(rows))
-    return rows[np.linspace(0, len(rows) - 1, count).astype(int)].tolist()
-
-
-@torch.no_grad()
-def deformed_clouds(
-    network: TemplateFfdNetwork, prepared: PreparedSet, bank: TemplateBank, rows: Sequence[int]
-) -> list[Tensor]:
-    """Return the first points of each shape's selected template, deformed: (n, 3) on the CPU."""
-    images = np.stack([prepared.image(r)[..., :3] for r in rows])
-    device = next(network.parameters()).device
-    prediction = network(torch.from_numpy(images).permute(0, 3, 1, 2).to(device))
-    clouds = []
-    for k, t in enumerate(prediction.template_index.tolist()):
-        matrix = bank.deformation_matrix[t, :_CLOUD_POINTS]
-        clouds.append(deform(matrix, bank.control_points[t], prediction.offsets[k, t].cpu()))
-    return clouds
+    return rows[spread_rows(len(rows), count)].tolist()

@@ -45,13 +45,10 @@ class StepLogger(TensorBoardLogger):
         under the protocol, after so many optimizer steps.
         """
         main = protocol.main_metric
-        measures = {m.name: (m.title, m.factor) for m in protocol.metrics}
-        measures[f"undeformed_{main.name}"] = f"undeformed {main.title}", main.factor
-        results = {
-            title if factor == 1 else f"{title} x {factor:g}": factor * summary[name]
-            for name, (title, factor) in measures.items()
-            if name in summary
-        }
+        measures = {m.name: (m.scaled_title, m.factor) for m in protocol.metrics}
+        measures[f"undeformed_{main.name}"] = f"undeformed {main.scaled_title}", main.factor
+        found = ((*measures[name], summary[name]) for name in measures if name in summary)
+        results = {title: factor * value for title, factor, value in found}
         results |= {k.replace("_", " "): summary[k] for k in _OTHERS if k in summary}
         # A run that logged nothing else, or whose log was closed, has no open file.
         writer = self.experiment._get_file_writer()

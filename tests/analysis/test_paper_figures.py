@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from commands import call
 from PIL import Image
 
 from ffd_lightning.analysis.figures import examples as figure_examples
@@ -14,7 +15,6 @@ from ffd_lightning.analysis.figures.examples import collect, in_order, picked
 from ffd_lightning.analysis.figures.sheets import FIGURES, TEMPLATE, paper_figure, with_lattice
 from ffd_lightning.app.commands import figures
 from ffd_lightning.app.open_run import open_run
-from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.figures import View, draw
@@ -189,17 +189,13 @@ def test_scores_of_other_weights_are_refused(run, tmp_path):
 # --- the command ---------------------------------------------------------------------------------
 
 
-def command(*arguments):
-    return figures.main(read_settings(figures.Settings, arguments, figures.MAIN))
-
-
 @pytest.mark.parametrize("figure", list(FIGURES))
 def test_the_command_writes_a_picture(run, example, tmp_path, capsys, monkeypatch, figure):
     opened = replace(example, weights=np.asarray([0.4, 0.6], np.float32))
     monkeypatch.setattr(figure_examples, "collect", lambda *_, **options: [[opened]])
     file = tmp_path / "new" / "a.png"
     arguments = (str(run.path), "number=1", "size=64", "top=1", f"out={file}")
-    assert command(f"figure={figure}", *arguments) == 0
+    assert call(figures, f"figure={figure}", *arguments) == 0
     assert capsys.readouterr().out == f"{file}\n"
     picture = np.asarray(Image.open(file))
     assert picture.shape[1] >= 2 * 68
@@ -214,4 +210,4 @@ def test_mistakes_are_named(run):
         ("pick=good", "pick=good must be one of spread, best"),
     ):
         with pytest.raises(UserError, match=message):
-            command("figure=overview", str(run.path), option)
+            call(figures, "figure=overview", str(run.path), option)

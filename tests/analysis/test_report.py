@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from analysis.folders import write_run
 from analysis.made import PAPER
+from commands import call
 from PIL import Image
 from scipy.spatial import cKDTree
 
@@ -24,7 +25,6 @@ from ffd_lightning.analysis.report.selection import bars
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.app.commands import report
 from ffd_lightning.app.open_run import open_run
-from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription
@@ -201,10 +201,7 @@ def test_the_study_s_question_is_asked(sweep, tmp_path):
 
 
 def test_the_command(sweep, tmp_path, capsys):
-    def run(*arguments):
-        return report.main(read_settings(report.Settings, arguments, report.MAIN))
-
-    assert run(str(tmp_path), "protocol=paper", "gallery=0") == 0
+    assert call(report, str(tmp_path), "protocol=paper", "gallery=0") == 0
     assert capsys.readouterr().out == f"{tmp_path / 'report.html'}\n"
     assert "The same images" not in Page(tmp_path / "report.html").text
     for arguments, error, message in (
@@ -213,7 +210,7 @@ def test_the_command(sweep, tmp_path, capsys):
         ([str(tmp_path), "gallery=-1"], ConfigError, "gallery=-1"),
     ):
         with pytest.raises(error, match=message):
-            run(*arguments)
+            call(report, *arguments)
 
 
 # --- examples ------------------------------------------------------------------------------------

@@ -1,11 +1,8 @@
 """What is composed from `conf/`, and what is said of mistakes in it."""
 
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 import torch
+from commands import ROOT, python
 
 from ffd_lightning import components
 from ffd_lightning.app.build import build_module, build_network, build_objective
@@ -14,8 +11,6 @@ from ffd_lightning.app.config import GROUPS, TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.messages import SHOWN, explain
 
-ROOT = Path(__file__).parents[2]
-
 
 def composed(*overrides):
     return compose_config("train", TrainConfig, overrides)
@@ -23,12 +18,6 @@ def composed(*overrides):
 
 def typed(*overrides):
     return typed_config(composed(*overrides), TrainConfig)
-
-
-def train(*arguments):
-    return subprocess.run(
-        [sys.executable, "train.py", *arguments], cwd=ROOT, capture_output=True, text=True
-    )
 
 
 def test_what_is_given_counts_wherever_it_stands():
@@ -134,7 +123,9 @@ def test_the_command_shows_one_message(tmp_path, monkeypatch):
     (tmp_path / "tmp").mkdir()
     monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
     sweep = ("-m", "network.degrees=[3,3],[3,3,3]")
-    result = train(*sweep, f"paths.runs={tmp_path}/runs", f"paths.data={tmp_path}/data")
+    result = python(
+        "train.py", *sweep, f"paths.runs={tmp_path}/runs", f"paths.data={tmp_path}/data"
+    )
     assert result.returncode == 1
     assert not list((tmp_path / "tmp").glob("tmp*")), "nothing is left behind"
     assert "Traceback" not in result.stdout + result.stderr

@@ -1,15 +1,12 @@
 import csv
 import shutil
 import signal
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 import torch
 import trimesh
-from commands import run_command
+from commands import python, run_command
 from conftest import TINY
 
 from ffd_lightning.app.build import build_data
@@ -21,7 +18,6 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation import evaluator
 from ffd_lightning.run_folder import RunFolder
 
-ROOT = Path(__file__).parents[2]
 SETTINGS = ("regime=e", "split.train_fraction=0.7", "split.val_fraction=0.2")
 
 
@@ -124,8 +120,7 @@ PaperProtocol.truth = killed
 run("evaluate")
 """
     overrides = ["protocol.points=64", "evaluation.workers=1", "evaluation.references=false"]
-    command = [sys.executable, "-c", code, f"run={copy.path}", *overrides]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True)
+    done = python("-c", code, f"run={copy.path}", *overrides)
     assert done.returncode == -signal.SIGKILL, done.stderr
     partial = copy.evaluation(FEW) / "samples.partial"
     kept = partial.read_text()

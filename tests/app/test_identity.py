@@ -4,14 +4,11 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hydra import compose, initialize_config_dir
-from hydra.core.hydra_config import HydraConfig
+from commands import composed_job
 
 from ffd_lightning import components
 from ffd_lightning.analysis.naming import GROUP
 from ffd_lightning.analysis.results import Results
-from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.configuration import config_folder, prepare_hydra
 from ffd_lightning.app.identity import check_folder, identity, run_folder
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
@@ -35,7 +32,7 @@ ANOTHER_RUN = [
     "regime=e",
     "+regime.terms.more.term=chamfer",
     "templates=t4",
-    "template_strategy=diverse",
+    "template_strategy=random",
     "augmentation=photo",
     "split=hash",
     "data.num_models=23",
@@ -127,10 +124,7 @@ def test_callbacks_make_another_run_unless_they_only_watch(tiny_config, monkeypa
 
 def folder(*overrides):
     """A run's folder below its experiment's, as Hydra asks for it."""
-    prepare_hydra(TrainConfig, overrides)
-    with initialize_config_dir(str(config_folder()), version_base="1.3"):
-        composed = compose("train", list(overrides), return_hydra_config=True)
-        HydraConfig.instance().set_config(composed)
+    with composed_job(*overrides) as composed:
         return run_folder(composed)
 
 

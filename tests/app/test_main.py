@@ -5,7 +5,6 @@ import subprocess
 import sys
 from dataclasses import fields
 from importlib import import_module
-from pathlib import Path
 
 import pytest
 
@@ -14,8 +13,6 @@ from ffd_lightning.app import main as entry
 from ffd_lightning.app.config import GROUPS
 from ffd_lightning.app.configuration import all_settings
 from ffd_lightning.app.main import COMMANDS, main
-
-ROOT = Path(__file__).parents[2]
 
 
 def printed(capsys, *arguments):

@@ -3,27 +3,25 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
-from commands import run_command
+from commands import ROOT, python, run_command, wait_for
 from conftest import TRESTLE
 from PIL import Image
 
-from ffd_lightning.app import predict
+from ffd_lightning.app.commands import predict
+from ffd_lightning.app.commands.predict import Settings, find_jobs, predict_files
 from ffd_lightning.app.open_run import open_run
-from ffd_lightning.app.predict import PredictSettings, find_jobs, predict_files
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.predictor import Predictor
 
-ROOT = Path(__file__).parents[2]
 FILES = ("mesh.glb", "template.glb", "lattice.glb", "cloud.ply", "prediction.json", "preview.png")
 
 
@@ -40,7 +38,7 @@ def photos(tiny_run, tmp_path_factory):
 
 @pytest.fixture
 def config(checkpoint, tmp_path):
-    return PredictSettings(
+    return Settings(
         run=str(checkpoint), out=str(tmp_path / "out"), points=300, progress_bar=False, workers=2
     )
 
@@ -50,7 +48,7 @@ def written(checkpoint, photos, tmp_path_factory):
     """All that is written of one photograph: its folder, and the reconstruction."""
     photo = sorted(photos.iterdir())[0]
     out = tmp_path_factory.mktemp("out")
-    config = PredictSettings(
+    config = Settings(
         run=str(checkpoint), image=str(photo), out=str(out), points=300, top_k=2, obj=True
     )
     (outcome,) = predict_files(config)
@@ -84,7 +82,7 @@ def test_a_textured_template_is_shown_with_its_textures(selecting, photos, tmp_p
     """In both files, the deformed mesh has the textures of its template and looks like it."""
     photo = sorted(photos.iterdir())[0]
     run = selecting(TRESTLE)
-    config = PredictSettings(
+    config = Settings(
         run=str(run), image=str(photo), out=str(tmp_path), points=9, preview=False, obj=True
     )
     config.colors = "material"
@@ -233,19 +231,16 @@ def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, 
         (many / f"{k:02d}.png").write_bytes(photo.read_bytes())
     out = tmp_path / "out"
     given = (f"run={checkpoint}", f"image={many}", f"out={out}", "preview=false", "points=200")
-    arguments = [sys.executable, "predict.py", *given]
-    process = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.DEVNULL)
-    deadline = time.monotonic() + 600  # only ends a test that would hang
-    while len(list(out.glob("*/prediction.json"))) < 3 and time.monotonic() < deadline:
-        time.sleep(0.01)
+    command = [sys.executable, "predict.py", *given]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL)
+    wait_for(lambda: len(list(out.glob("*/prediction.json"))) >= 3)
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
     whole = list(out.glob("*/prediction.json"))
-    assert len(whole) >= 3
     for note in whole:
         trimesh.load(note.with_name("mesh.glb"))
     before = {note: note.stat().st_mtime_ns for note in whole}
-    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
+    done = python("predict.py", *given)
     assert done.returncode == 0, done.stderr
     assert f"{len(whole)} of them there already" in done.stdout
     assert before == {note: note.stat().st_mtime_ns for note in whole}

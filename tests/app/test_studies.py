@@ -4,21 +4,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from hydra import compose, initialize_config_dir
-from hydra.core.hydra_config import HydraConfig
+from commands import composed_job
 from omegaconf import OmegaConf
 from shapenet_tree import good_models, write_folder
 
 from ffd_lightning.app.commands import sweep as command
 from ffd_lightning.app.commands.sweep import Request, run_study
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.configuration import (
-    compose_config,
-    config_folder,
-    jobs,
-    prepare_hydra,
-    typed_config,
-)
+from ffd_lightning.app.configuration import compose_config, config_folder, jobs, typed_config
 from ffd_lightning.app.identity import run_folder
 from ffd_lightning.app.search import run_search
 from ffd_lightning.app.studies import Bounds, Search, check_study, load_study, sweeps
@@ -65,12 +58,9 @@ def test_the_studies_can_run_on_the_embedded_data(name, quick):
 
 def folders(sweep):
     """The folders of a sweep's first job: its own, and that of the ranking it reads."""
-    prepare_hydra(TrainConfig, [])
     own = [x for x in sweep if x.startswith(("base=", "template_strategy"))]
     given = [*jobs([x for x in sweep if x not in own])[0], *own]
-    with initialize_config_dir(str(config_folder()), version_base="1.3"):
-        composed = compose("train", given, return_hydra_config=True)
-        HydraConfig.instance().set_config(composed)
+    with composed_job(*given) as composed:
         file = OmegaConf.select(composed, "template_strategy.file", default=None)
         return f"{composed.paths.runs}/{composed.name}/{run_folder(composed)}", file
 

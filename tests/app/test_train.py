@@ -2,13 +2,12 @@ import csv
 import json
 import shutil
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 import torch
-from commands import killed_training, run_command
+from commands import killed_training, python, run_command
+from conftest import TINY
 from PIL import Image
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
@@ -22,8 +21,6 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.run_folder import RunFolder, find_runs
 from ffd_lightning.training.callbacks import Clock
-
-ROOT = Path(__file__).parents[2]
 
 
 def samples(run):
@@ -207,10 +204,8 @@ def test_a_damaged_checkpoint_is_named_and_one_process_trains_a_run(tiny_config,
 
 
 def command(tmp_path, data_root, *arguments):
-    from conftest import TINY
-
     paths = (f"paths.data={data_root}", f"paths.runs={tmp_path}")
-    return [sys.executable, "train.py", *arguments, *TINY, *paths]
+    return ["train.py", *arguments, *TINY, *paths]
 
 
 def the_run(tmp_path):
@@ -219,28 +214,21 @@ def the_run(tmp_path):
 
 
 def test_kill_9_and_the_same_command_give_the_same_metrics(finished, prepared, data_root, tmp_path):
-    python, script, *arguments = command(tmp_path, data_root)
+    script, *arguments = command(tmp_path, data_root)
     for step, method, left in ((3, "on_train_batch_start", 2), (6, "_save_checkpoint", 4)):
-        killed = [python, "-c", killed_training(step, method), *arguments]
-        done = subprocess.run(killed, cwd=ROOT, capture_output=True)
+        done = python("-c", killed_training(step, method), *arguments)
         assert done.returncode == -signal.SIGKILL, done.stderr
         run = the_run(tmp_path)
         assert run.status["state"] == "running"
         assert torch.load(run.checkpoint, weights_only=True)["global_step"] == left
-    last = [python, script, *arguments]
-    assert subprocess.run(last, cwd=ROOT, capture_output=True).returncode == 0
+    assert python(script, *arguments).returncode == 0
     assert samples(the_run(tmp_path)) == samples(finished[0])
 
 
 def test_a_sweep_trains_what_can_be_trained_side_by_side_or_not(prepared, data_root, tmp_path):
     own = ("templates.count=2,500", "schedule.steps=2")
     launcher = ("hydra/launcher=joblib", "hydra.launcher.n_jobs=2")
-    first = subprocess.run(
-        command(tmp_path, data_root, "-m", *launcher, *own),
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
+    first = python(*command(tmp_path, data_root, "-m", *launcher, *own))
     assert first.returncode == 1
     assert "1 of 2 runs failed" in first.stderr
     assert "Scores" in first.stdout
@@ -248,7 +236,7 @@ def test_a_sweep_trains_what_can_be_trained_side_by_side_or_not(prepared, data_r
     assert states["state"].to_dict() == {2: "finished", 500: "failed"}
     assert "only 21 shapes to choose from" in states.loc[500, "reason"]
     assert not list(tmp_path.rglob(".jobs-*"))
-    second = run_command("train", *command(tmp_path, data_root, "-m", *own)[2:])
+    second = run_command("train", *command(tmp_path, data_root, "-m", *own)[1:])
     assert second.returncode == 1
     assert "finished already" in second.stdout + second.stderr
 
@@ -256,7 +244,7 @@ def test_a_sweep_trains_what_can_be_trained_side_by_side_or_not(prepared, data_r
 def test_jobs_that_are_refused_before_they_begin_are_recorded_too(prepared, data_root, tmp_path):
     """One cannot be read at all; one has the folder of a run that finishes."""
     sweep = ("network.degrees=[3,3,3],[3,3]", "evaluation.subset=val,test", "split.val_fraction=0")
-    done = run_command("train", *command(tmp_path, data_root, "-m", *sweep)[2:], "schedule.steps=2")
+    done = run_command("train", *command(tmp_path, data_root, "-m", *sweep)[1:], "schedule.steps=2")
     assert done.returncode == 1
     (run,) = (found for found in find_runs(tmp_path) if "invalid" not in found.path.name)
     assert run.finished
@@ -275,7 +263,7 @@ def test_a_sweep_over_devices_is_not_started_twice(prepared, data_root, tmp_path
     arguments = command(tmp_path, data_root, "-m")
     overrides = ["trainer=ddp", "trainer.accelerator=cpu", "trainer.devices=2", "schedule.steps=2"]
     arguments = [x for x in arguments if x != "trainer=cpu"] + overrides
-    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
+    done = python(*arguments)
     assert done.returncode == 0, done.stderr
     runs = Results.read(tmp_path).runs
     assert runs["state"].tolist() == ["finished"]

@@ -1,25 +1,15 @@
 from dataclasses import dataclass
 
-import pytest
-
 from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.templates import choice
 from ffd_lightning.data.templates.choice import (
     AutoTemplates,
-    DiverseTemplates,
     ListedTemplates,
     MedoidTemplates,
     PaperTemplates,
     RandomTemplates,
     choose_templates,
 )
-from ffd_lightning.data.templates.distances import shape_distances
-
-
-@pytest.fixture(scope="module")
-def table(prepared):
-    return shape_distances(prepared).table
 
 
 def choose_from(prepared, path, text, count=2):
@@ -27,20 +17,11 @@ def choose_from(prepared, path, text, count=2):
     return choose_templates(ListedTemplates(path), prepared, count)
 
 
-def test_diverse_starts_at_the_centre_and_goes_to_the_farthest(prepared, table, monkeypatch):
-    monkeypatch.setattr(choice, "_SPREAD", len(prepared))  # the centre of all of them
-    rows = [int(table.sum(0).argmin())]
-    while len(rows) < 6:
-        rows.append(max(range(len(prepared)), key=lambda i: table[i, rows].min()))
-    chosen = choose_templates(DiverseTemplates(), prepared, 6)
-    assert chosen == tuple(prepared.ids[r] for r in rows)
-
-
 def test_random_is_a_function_of_the_seed(prepared):
     draws = [choose_templates(RandomTemplates(s), prepared, 4) for s in (0, 0, 1, 2, 3)]
     assert draws[0] == draws[1]
     assert len(set(draws)) == 4
-    for strategy in (MedoidTemplates(), DiverseTemplates(), RandomTemplates()):
+    for strategy in (MedoidTemplates(), RandomTemplates()):
         chosen = choose_templates(strategy, prepared, len(prepared))
         assert sorted(chosen) == list(prepared.ids), "all of them, if so many are wanted"
 

@@ -17,7 +17,6 @@ from ffd_lightning.data.batches import BatchIndices, ShapeStore
 from ffd_lightning.data.datamodule import EvaluationIndices, FfdDataModule, TrainingIndices
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit
-from ffd_lightning.data.templates.choice import DiverseTemplates
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.losses.objective import Objective, WeightedTerm
@@ -31,7 +30,6 @@ BATCH, POINTS, STEPS = 4, 32, 6
 
 SETTINGS = {
     "num_templates": 2,
-    "template_strategy": DiverseTemplates(),
     "split": HashSplit(0.7),
     "val_fraction": 0.2,
     "batch_size": BATCH,
@@ -163,7 +161,7 @@ def test_devices_share_out_what_one_would_see(boxes):
 
 
 def test_every_shape_is_seen_once_in_each_pass(boxes):
-    rows, size = boxes.rows(boxes.split.train).tolist(), 5
+    rows, size = boxes.rows(boxes.split.train).tolist(), 4
     assert len(rows) % size, "passes begin within batches"
     indices = Steps(boxes, batch_size=size).indices
     passes = torch.cat([indices[k].rows for k in range(len(rows))]).reshape(size, -1).tolist()

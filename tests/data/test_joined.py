@@ -9,7 +9,6 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.choice import DiverseTemplates
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 
@@ -70,7 +69,6 @@ def module(root, categories=NAMES, **settings):
         render=RENDER,
         cloud_points=256,
         root=root,
-        template_strategy=DiverseTemplates(),
         batch_size=6,
         num_points=64,
         prepare_workers=2,

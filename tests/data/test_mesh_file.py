@@ -1,7 +1,6 @@
 """Miniature mesh files: colours, geometry that can be mended, and geometry that cannot."""
 
 import base64
-import io
 import json
 import struct
 from pathlib import PurePath
@@ -11,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
-from trees import TEXTURED, TRIANGLE, area, png, write_folder
+from trees import TEXTURED, TRIANGLE, area, encoded, png, write_folder
 
 from ffd_lightning.data.reading import mesh_file
 from ffd_lightning.data.reading.mesh_file import read_mesh
@@ -100,17 +99,11 @@ def test_the_namesake_nearest_to_the_named_path_is_taken(folder):
     assert folder.load().textures[0][0, 0, 0] == 2
 
 
-def saved(picture, kind, **options):
-    data = io.BytesIO()
-    picture.save(data, kind, **options)
-    return data.getvalue()
-
-
 PALETTE = Image.new("P", (8, 6), 1)
 PALETTE.putpalette([0, 0, 0, 200, 100, 50])
 KINDS = {
-    "16-bit grey": (saved(Image.new("I;16", (8, 6), 128 * 257), "png"), [128, 128, 128, 255]),
-    "see-through palette": (saved(PALETTE, "png", transparency=b"\xff\x40"), [200, 100, 50, 64]),
+    "16-bit grey": (encoded(Image.new("I;16", (8, 6), 128 * 257), "png"), [128, 128, 128, 255]),
+    "see-through palette": (encoded(PALETTE, "png", transparency=b"\xff\x40"), [200, 100, 50, 64]),
     "transparent": (png((5, 6, 7, 0), (8, 6)), [5, 6, 7, 255]),
 }
 
@@ -130,10 +123,10 @@ def test_textures_of_all_kinds_are_read_whatever_their_name(folder, kind):
 
 UNUSABLE = {
     "missing": (r"C:\Users\me\maps\x.png", None, "textures that the materials name are absent"),
-    "EPS": ("x.png", saved(Image.new("RGB", (8, 6)), "eps"), "textures cannot be decoded"),
+    "EPS": ("x.png", encoded(Image.new("RGB", (8, 6)), "eps"), "textures cannot be decoded"),
     "cut off": (
         "x.png",
-        saved(Image.effect_noise((64, 64), 50), "png")[:900],
+        encoded(Image.effect_noise((64, 64), 50), "png")[:900],
         "textures cannot be decoded",
     ),
 }

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from box_source import BoxSource, boxes_of, contents, loads, prepare_boxes
-from commands import run_command
+from commands import run_command, wait_for
 
 from ffd_lightning.errors import ConfigError, DataError
 
@@ -61,13 +61,6 @@ def start(tmp_path, log):
         process.kill()
         process.wait()
         process.stderr.close()
-
-
-def wait_for(condition):
-    end = time.monotonic() + LIMIT
-    while not condition():
-        assert time.monotonic() < end, "nothing happened"
-        time.sleep(0.02)
 
 
 def gone(pid):

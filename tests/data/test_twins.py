@@ -1,9 +1,8 @@
 from dataclasses import dataclass
 
 import pytest
-from box_source import RENDER, BoxSource, box_mesh, boxes_of
+from box_source import BoxSource, box_mesh, box_module, boxes_of
 
-from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.source import SourceShape
 from ffd_lightning.data.splits import AutoSplit, HashSplit, SplitInput, make_split
 from ffd_lightning.data.twins import twin_note, twins
@@ -34,16 +33,6 @@ def doubled(tmp_path_factory):
     return source, root
 
 
-def module(doubled, split):
-    source, root = doubled
-    given = {"num_templates": 1, "val_fraction": 0, "num_points": 8, "progress": False}
-    data = FfdDataModule(
-        "box", source, split=split, root=root, render=RENDER, cloud_points=POINTS, **given
-    )
-    data.setup()
-    return data
-
-
 def test_twins_are_copies_and_not_what_is_alike(doubled):
     source, root = doubled
     prepared = boxes_of(source, root, num_points=POINTS).run()
@@ -65,7 +54,8 @@ def test_copies_go_where_the_first_goes(doubled):
 
 
 def test_what_a_published_split_parts_is_said(doubled):
-    data = module(doubled, AutoSplit())
+    given = {"num_templates": 1, "val_fraction": 0, "cloud_points": POINTS}
+    data = box_module(*doubled, split=AutoSplit(), **given)
     assert data.split.test == ("b00", "b03")
     assert data.seen_twins == {"b00", "b03"}
-    assert not module(doubled, HashSplit(0.5)).seen_twins
+    assert not box_module(*doubled, split=HashSplit(0.5), **given).seen_twins

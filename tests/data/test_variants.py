@@ -4,9 +4,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 import torch
-from box_source import RENDER, BoxSource, box_mesh, boxes_of, loads, prepare_boxes
+from box_source import BoxSource, box_mesh, box_module, boxes_of, loads, prepare_boxes
 
-from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.prepared import MANIFEST
 from ffd_lightning.data.preparation.variants import deformed, vary
 from ffd_lightning.data.source import PartCloud, SourceShape
@@ -104,22 +103,8 @@ def test_auto_brings_few_shapes_to_some_hundreds(source, tmp_path):
 
 def test_variants_are_trained_on_and_nothing_else(source, tmp_path):
     source = replace(source, count=12)
-    data = FfdDataModule(
-        "box",
-        source,
-        num_templates=2,
-        split=HashSplit(0.7),
-        val_fraction=0.2,
-        batch_size=4,
-        num_points=8,
-        render=RENDER,
-        cloud_points=64,
-        root=tmp_path,
-        variants=2,
-        progress=False,
-    )
-    data.prepare_data()
-    data.setup()
+    given = {"num_templates": 2, "split": HashSplit(0.7), "val_fraction": 0.2, "batch_size": 4}
+    data = box_module(source, tmp_path, variants=2, **given)
     assert not set(data.bank.ids) & set(data.prepared.origins)
     assert not {i for ids in data.split for i in ids} & set(data.prepared.origins)
     barred = {*data.split.val, *data.split.test}

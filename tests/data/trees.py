@@ -18,11 +18,16 @@ def write_folder(root, files):
     return root
 
 
+def encoded(picture, kind="PNG", **options):
+    """Return the bytes of a picture's file."""
+    data = io.BytesIO()
+    picture.save(data, kind, **options)
+    return data.getvalue()
+
+
 def png(color=(200, 30, 30), size=(8, 8)):
     """Return the bytes of a PNG of one colour."""
-    data = io.BytesIO()
-    Image.new("RGB" if len(color) == 3 else "RGBA", size, color).save(data, "png")
-    return data.getvalue()
+    return encoded(Image.new("RGB" if len(color) == 3 else "RGBA", size, color))
 
 
 def face_areas(mesh):

@@ -1,15 +1,14 @@
 """Commands, scripts and links in the documents are held against the code."""
 
 import importlib
-import os
 import re
 import shutil
-import subprocess
 import sys
 
 import numpy as np
 import pytest
 import trimesh
+from commands import python
 from docs.documents import PAGES, ROOT, blocks, commands, links, name
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import OmegaConf
@@ -77,25 +76,14 @@ def test_links_lead_somewhere_and_every_picture_is_linked():
     assert [name(x) for x in pictures if x.stat().st_size > 3e5] == [], "they are small"
 
 
-def python(*arguments, folder):
-    done = subprocess.run(
-        [sys.executable, *arguments],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": f"{ROOT}:{folder}"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 def run_script(script, folder):
     (folder / "script.py").write_text(script)
     picture = np.full((60, 80, 3), 255, np.uint8)
     picture[20:45, 25:60] = (120, 60, 30)
     Image.fromarray(picture).save(folder / "photo.png")
-    return python("script.py", folder=folder)
+    done = python("script.py", folder=folder, path=f"{ROOT}:{folder}")
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 PYTHON = blocks(ROOT / "docs" / "python.md", "python")
@@ -158,6 +146,7 @@ def test_the_part_in_five_steps_works(tmp_path):
     text = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
     command = re.search(r"`python train.py ([^`]*my_module[^`]*)`", text)[1]
     shutil.copy(ROOT / "train.py", tmp_path)
-    job = python("train.py", *command.split(), "--cfg", "job", folder=tmp_path)
-    chosen = OmegaConf.create(job).encoder
+    words = (*command.split(), "--cfg", "job")
+    done = python("train.py", *words, folder=tmp_path, path=f"{ROOT}:{tmp_path}")
+    chosen = OmegaConf.create(done.stdout).encoder
     assert (chosen.name, chosen.size) == ("patches", 8)

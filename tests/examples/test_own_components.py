@@ -1,18 +1,15 @@
 """A package with components of its own, installed, used by every command, and then not there."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from commands import killed_training
+from commands import ROOT, killed_training, python
 from PIL import Image
 
-ROOT = Path(__file__).parents[2]
 TINY = (
     "data.num_points=256",
     "data.render.height=48",
@@ -53,17 +50,9 @@ OWN = (
 
 def ffd(*arguments, folder, packages=None, program=("-m", "ffd_lightning")):
     """Run the command in a folder, with or without the example package: exit code, output."""
-    paths = [str(ROOT), *([] if packages is None else [str(packages)])]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "COLUMNS": "200"}
-    done = subprocess.run(
-        [sys.executable, *program, *arguments],
-        cwd=folder,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
-    return done.returncode, done.stdout
+    path = ROOT if packages is None else f"{ROOT}:{packages}"
+    done = python(*program, *arguments, folder=folder, path=path)
+    return done.returncode, done.stdout + done.stderr
 
 
 @pytest.fixture(scope="module")

@@ -1,24 +1,18 @@
 """Pictures of all modes and kinds, turned, masked, damaged."""
 
-import io
 import struct
 import zlib
 
 import numpy as np
 import pytest
 from PIL import Image
+from trees import encoded
 
 from ffd_lightning.errors import DataError
 from ffd_lightning.imaging.photos import as_photo, read_photo
 
 PHOTO = np.full((60, 80, 3), (90, 130, 190), np.uint8)
 PHOTO[10:40, 30:70] = (200, 60, 20)
-
-
-def encoded(picture, kind="PNG", **options):
-    file = io.BytesIO()
-    picture.save(file, kind, **options)
-    return file.getvalue()
 
 
 @pytest.mark.parametrize("orientation", [3, 6])

@@ -1,4 +1,3 @@
-import io
 import json
 import subprocess
 import sys
@@ -12,9 +11,9 @@ import onnxruntime
 import pytest
 import torch
 import trimesh
+from commands import call, run_command
 
 from ffd_lightning.app.commands import export as command
-from ffd_lightning.app.settings import read_settings
 from ffd_lightning.checkpoint import load_model
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.inference import export as module
@@ -41,13 +40,9 @@ def exported(joint_checkpoint, tmp_path_factory):
     """The folder of what the command wrote, in place of an earlier file, and what it printed."""
     folder = tmp_path_factory.mktemp("exported")
     (folder / "model.onnx").write_text("an earlier one")
-    settings = [f"run={joint_checkpoint}", f"out={folder}/model.onnx"]
-    stdout, sys.stdout = sys.stdout, io.StringIO()
-    try:
-        assert command.main(read_settings(command.Settings, settings, command.MAIN)) == 0
-        return folder, sys.stdout.getvalue()
-    finally:
-        sys.stdout = stdout
+    done = run_command("export", f"run={joint_checkpoint}", f"out={folder}/model.onnx")
+    assert done.returncode == 0, done.stderr
+    return folder, done.stdout
 
 
 def test_the_exported_file_gives_what_torch_gives(exported, joint_checkpoint, prepared):
@@ -136,8 +131,7 @@ def test_files_hold_templates_that_a_network_is_told(conditioned_checkpoint, pre
     meshes, root = f"{tmp_path}/*.ply", tmp_path / "data"
     settings = [f"run={conditioned_checkpoint}", f"templates={meshes}", "up=x", f"data_root={root}"]
     for file in ("model.ckpt", "model.onnx"):
-        words = [*settings, f"out={tmp_path}/{file}"]
-        assert command.main(read_settings(command.Settings, words, command.MAIN)) == 0
+        assert call(command, *settings, f"out={tmp_path}/{file}") == 0
     told = Predictor.load(conditioned_checkpoint).with_templates(meshes, up="x", root=root)
     for path in (*tmp_path.glob("*.ply"), *root.glob("codes/*"), *root.glob("prepared/*/*")):
         path.unlink()
@@ -167,7 +161,7 @@ def test_files_hold_templates_that_a_network_is_told(conditioned_checkpoint, pre
 
 def test_mistakes_are_named(tmp_path, monkeypatch):
     with pytest.raises(UserError, match=r"must be a file that ends in \.onnx"):
-        command.main(read_settings(command.Settings, ["out=model.pt"], command.MAIN))
+        call(command, "out=model.pt")
     monkeypatch.setitem(sys.modules, "onnxscript", None)
     with pytest.raises(ConfigError, match=r"needs onnxscript.*pip install 'ffd_lightning\[onnx\]'"):
         check_out(tmp_path / "model.onnx")

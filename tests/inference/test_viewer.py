@@ -4,7 +4,6 @@ import io
 import re
 import socket
 import sys
-import time
 import urllib.request
 from math import comb
 from types import SimpleNamespace
@@ -13,11 +12,13 @@ import numpy as np
 import pytest
 import torch
 import trimesh
+from commands import wait_for
 from PIL import Image
 from scipy.spatial.distance import cdist
 
 from ffd_lightning.app.commands.view import Settings, open_shared
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.imaging.grid import png
 from ffd_lightning.inference.viewer.page import Page
 from ffd_lightning.inference.viewer.server import start
 from ffd_lightning.inference.viewer.shared import Photo, Shared
@@ -200,25 +201,12 @@ def photo(shared):
     return "../a.png", png(Image.fromarray(image).resize((400, 300)))
 
 
-def png(picture):
-    buffer = io.BytesIO()
-    picture.save(buffer, "PNG")
-    return buffer.getvalue()
-
-
 def mask_of(content, size=None):
     """The mask of a photograph on white as PNG, with the left half of its object alone."""
     grey = np.asarray(Image.open(io.BytesIO(content)).convert("L"))
     mask = np.where(grey < 250, np.uint8(255), np.uint8(0))
     mask[:, mask.shape[1] // 2 :] = 0
     return png(Image.fromarray(mask).resize(size or mask.shape[::-1]))
-
-
-def wait_for(condition):
-    end = time.monotonic() + 120  # only ends a test that would hang
-    while not condition():
-        assert time.monotonic() < end, "it did not happen"
-        time.sleep(0.01)
 
 
 def sent(name, content):

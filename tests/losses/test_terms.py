@@ -1,5 +1,3 @@
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 import torch
@@ -15,12 +13,7 @@ from ffd_lightning.losses.terms import (
     StepInput,
     UniformPenalty,
 )
-
-
-class Prediction(NamedTuple):
-    template_weights: torch.Tensor
-    offsets: torch.Tensor
-    template_logits: torch.Tensor
+from ffd_lightning.nn.network import FfdPrediction
 
 
 def step_input(weights, offsets=None, batch_weights=None, sample=None, targets=None, queries=None):
@@ -33,7 +26,7 @@ def step_input(weights, offsets=None, batch_weights=None, sample=None, targets=N
         sample = TemplateSample(matrix, control, (1, 1, 1))
     targets = torch.zeros(len(weights), 5, 3) if targets is None else targets
     given = weights if batch_weights is None else batch_weights
-    prediction = Prediction(weights, offsets, weights)
+    prediction = FfdPrediction(weights, weights, offsets, weights)
     return StepInput(prediction, targets, sample, 0, given, queries or len(given))
 
 

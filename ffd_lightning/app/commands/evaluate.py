@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import yaml
 
 from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.configuration import compose_config, config_folder, typed_config
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.settings import read_options
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
@@ -35,8 +35,7 @@ def main(arguments: Sequence[str]) -> int:
 
     options, words = read_options("evaluate", arguments, "-h", "--help")
     if options.help or options.h:
-        more = [] if options.config_dir is None else [Path(options.config_dir)]
-        print(command_help("evaluate", EvaluateConfig, [config_folder(), *more], "all" in words))
+        print(command_help("evaluate", EvaluateConfig, options.config_dir, "all" in words))
         return 0
     cfg = read_config(words, options.config_dir)
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)

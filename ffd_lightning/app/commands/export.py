@@ -17,9 +17,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from ffd_lightning.app.config import TemplateSettings
 from ffd_lightning.app.own_templates import named_templates
-from ffd_lightning.checkpoint import TrainedModel, load_model
-from ffd_lightning.data.reading.orientation import Up
+from ffd_lightning.checkpoint import load_model
 from ffd_lightning.inference.export import check_out, export_onnx, templates_file
 from ffd_lightning.inference.own_templates import tell
 from ffd_lightning.inference.packed import write_packed
@@ -29,25 +29,19 @@ MAIN = "run"
 
 
 @dataclass
-class Settings:
+class Settings(TemplateSettings):
     """Settings of `ffd export`.
 
     Attributes:
         run: a run folder, or a checkpoint file; null for the model that comes with the package.
         out: the file to write, .onnx or .ckpt; its folder is made where it is missing.
         checkpoint: another checkpoint than the run's newest.
-        templates: meshes to write as templates in place of the network's own, see `ffd predict`.
-        up: the axis of those meshes that points up.
-        yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
-        data_root: those meshes are prepared once, and kept there.
+        data_root: the meshes of templates= are prepared once, and kept there.
     """
 
     run: str | None = None
     out: str = "model.onnx"
     checkpoint: str | None = None
-    templates: list[str] | None = None
-    up: Up = "y"
-    yaw: float = 0.0
     data_root: str = "data"
 
 
@@ -60,25 +54,19 @@ def main(settings: Settings) -> int:
     model = load_model(checkpoint)
     if (own := named_templates(settings, model, settings.data_root)) is not None:
         model = tell(model, own)
+    height, width = model.network.image_size
     if out.suffix == ".ckpt":
-        _write_checkpoint(checkpoint, out, model)
+        write_packed(checkpoint, out, model)
+        print(
+            f"{out}: {out.stat().st_size / 1e6:.1f} MB, images of {height} x {width}, "
+            f"{len(model.bank)} templates, trained on {', '.join(model.categories)}, "
+            f"step {model.step:,}"
+        )
         return 0
     notes = {"category": ", ".join(model.categories), "run": str(model.record.get("run", ""))}
     differences = export_onnx(model, out, notes)
-    height, width = model.network.image_size
     print(f"{out}: images (batch, 3, {height}, {width}) uint8, {len(model.bank)} templates")
     print(f"{templates_file(out)}: what deforms them")
     found = ", ".join(f"{name} {value:.1e}" for name, value in differences.items())
     print(f"largest difference from torch in float64, on pictures of templates: {found}")
     return 0
-
-
-def _write_checkpoint(checkpoint: Path, out: Path, model: TrainedModel) -> None:
-    """Write a small checkpoint, and print what is in it."""
-    write_packed(checkpoint, out, model)
-    height, width = model.network.image_size
-    print(
-        f"{out}: {out.stat().st_size / 1e6:.1f} MB, images of {height} x {width}, "
-        f"{len(model.bank)} templates, trained on {', '.join(model.categories)}, "
-        f"step {model.step:,}"
-    )

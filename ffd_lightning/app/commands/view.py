@@ -16,11 +16,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from ffd_lightning.app.commands.predict import file_bytes
+from ffd_lightning.app.config import TemplateSettings
 from ffd_lightning.app.open_run import open_data
 from ffd_lightning.app.own_templates import named_templates
-from ffd_lightning.app.predict import file_bytes
 from ffd_lightning.components import Range
-from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.inference.viewer.server import import_viser, start
@@ -32,7 +32,7 @@ ALONE = True
 
 
 @dataclass
-class Settings:
+class Settings(TemplateSettings):
     """Settings of `ffd view`.
 
     Attributes:
@@ -42,11 +42,8 @@ class Settings:
         image: a photograph to begin with.
         mask: of the object in image, bright where it is; by default the background is told by the
             photograph itself.
-        data_root: where the run's prepared data is (`paths.data`), if not where it was.
-        templates: meshes to take as templates in place of the network's own, see `ffd predict`;
-            they are prepared in the folder `data`, or in data_root.
-        up: the axis of those meshes that points up.
-        yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
+        data_root: where the run's prepared data is (`paths.data`), if not where it was; the meshes
+            of templates= are prepared there, or in the folder `data`.
         port: of the page; the next one that is free is taken if it is in use.
         device: cpu, cuda, cuda:1, ..., or auto, a GPU if there is one.
     """
@@ -56,9 +53,6 @@ class Settings:
     image: str | None = None
     mask: str | None = None
     data_root: str | None = None
-    templates: list[str] | None = None
-    up: Up = "y"
-    yaw: float = 0.0
     port: Annotated[int, Range("[1, 65535]")] = 8080
     device: str = "auto"
 

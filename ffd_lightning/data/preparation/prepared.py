@@ -187,7 +187,7 @@ class PreparedSet:
         self, rows: Sequence[int] | NDArray[np.int64], count: int
     ) -> list[tuple[int, int]]:
         """Return row and view of an image of at most `count` shapes of `rows`; views take turns."""
-        places = np.linspace(0, len(rows) - 1, min(len(rows), count)).astype(int)
+        places = spread_rows(len(rows), count)
         return [(int(rows[place]), k % self.image_shape[0]) for k, place in enumerate(places)]
 
     def mesh(self, row: int) -> Mesh:
@@ -293,6 +293,11 @@ def _place(file: IO[bytes], name: str) -> _Place:
     name_size, extra_size = struct.unpack("<HH", file.read(4))
     start = entry.header_offset + 30 + name_size + extra_size
     return _Place(start, entry.file_size, entry.CRC, header, shape, dtype)
+
+
+def spread_rows(count: int, size: int) -> NDArray[np.int64]:
+    """Return `size` rows, evenly spread over `count`; all where there are no more."""
+    return np.linspace(0, count - 1, min(count, size)).astype(np.int64)
 
 
 def damaged(file: Path, why: Exception | str, category: str = "NAME") -> DataError:

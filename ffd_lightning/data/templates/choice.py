@@ -13,17 +13,10 @@ import numpy as np
 from ffd_lightning.components import check_ranges
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.templates.distances import (
-    ShapeDistances,
-    greedy_medoids,
-    shape_distances,
-    spread_rows,
-)
+from ffd_lightning.data.templates.distances import greedy_medoids, shape_distances
 from ffd_lightning.errors import ConfigError, DataError
 
 log = logging.getLogger(__name__)
-
-_SPREAD = 16  # shapes that the most central one is near to
 
 TemplateStrategy = Callable[[PreparedSet, int], Sequence[str]]
 """From the shapes of a category to choose from, and how many are wanted, to as many ids."""
@@ -65,24 +58,7 @@ class MedoidTemplates:
     def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
         """See `distances.greedy_medoids`; the first t of a larger choice are the choice of t."""
         found = shape_distances(prepared, count)
-        return _ids(prepared, found, greedy_medoids(found, count))
-
-
-class DiverseTemplates:
-    """The most central shape, then whichever is farthest from all chosen: outliers come early."""
-
-    def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
-        """See `TemplateStrategy`; the first t of a larger choice are the choice of t."""
-        found = shape_distances(prepared, count)
-        # The most central shape: the least total distance to a spread of others.
-        total = found.table[spread_rows(len(found.rows), _SPREAD)].sum(axis=0)
-        chosen = [int(total.argmin())]
-        nearest = found.table[chosen[0]].copy()
-        while len(chosen) < count:
-            nearest[chosen] = -1
-            chosen.append(int(nearest.argmax()))
-            nearest = np.minimum(nearest, found.table[chosen[-1]])
-        return _ids(prepared, found, chosen)
+        return tuple(prepared.ids[found.rows[place]] for place in greedy_medoids(found, count))
 
 
 class RandomTemplates:
@@ -171,10 +147,6 @@ def _listed(file: Path) -> list[str]:
     else:
         found = [line.split("#")[0].strip() for line in lines]
     return [shape_id for shape_id in found if shape_id]
-
-
-def _ids(prepared: PreparedSet, found: ShapeDistances, places: Iterable[int]) -> tuple[str, ...]:
-    return tuple(prepared.ids[found.rows[place]] for place in places)
 
 
 def _category(prepared: PreparedSet) -> str:

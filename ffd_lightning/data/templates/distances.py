@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 from jaxtyping import Bool, Float, Int
-from numpy.typing import NDArray
 
-from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.preparation.prepared import PreparedSet, spread_rows
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.progress import CountProgress
 
@@ -63,11 +62,6 @@ class ShapeDistances:
         result = np.zeros(count, bool)
         result[farthest] = logs[farthest] > usual + _FAR * spread
         return result, np.exp(logs - usual)
-
-
-def spread_rows(count: int, size: int) -> NDArray[np.int64]:
-    """Return `size` rows, evenly spread over `count`; all where there are no more."""
-    return np.linspace(0, count - 1, min(count, size)).astype(np.int64)
 
 
 def shape_distances(prepared: PreparedSet, at_least: int = 0) -> ShapeDistances:

@@ -11,9 +11,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.preparation.prepared import PreparedSet, spread_rows
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.distances import CANDIDATES, POINTS, shape_distances, spread_rows
+from ffd_lightning.data.templates.distances import CANDIDATES, POINTS, shape_distances
 from ffd_lightning.geometry.chamfer import chamfer_distance
 
 Row = dict[str, Any]

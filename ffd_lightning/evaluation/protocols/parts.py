@@ -33,8 +33,9 @@ class PartProtocol(Protocol):
     """What part labels are worth that a shape brings along: the paper shows this in pictures.
 
     Every true point takes the label of the candidate's nearest labelled point, both in the shapes'
-    own frame. Truth and candidate give half of their surface samples each, and the truth as its own
-    floor the other half. Points, and shapes, whose true parts are not known are left out.
+    own frame; none where the candidate has none. Truth and candidate give half of their surface
+    samples each, and the truth as its own floor the other half. Points, and shapes, whose true
+    parts are not known are left out.
 
     Source: the paper's section on semantic label transfer; for `shapenet_part_iou` Yi et al. 2016.
     """
@@ -51,7 +52,8 @@ class PartProtocol(Protocol):
         self, shape: PreparedShape, rng: np.random.Generator
     ) -> tuple[PartCloud, tuple[str, ...]]:
         """See `Protocol`."""
-        return known_points(shape.truth_labelled_points()), shape.category_parts
+        own = shape.prepared.part_names_of(shape.row)
+        return _known(shape.truth_labelled_points()), own
 
     def score(
         self,
@@ -61,23 +63,15 @@ class PartProtocol(Protocol):
     ) -> dict[str, float]:
         """Return each metric, and the IoU of each part of the truth as `part_iou_<part>`."""
         cloud, category = truth
-        transferred = transferred_parts(candidate.labelled_points(), cloud.points)
+        source = candidate.labelled_points()
+        transferred = _names(source, label_points(_known(source), cloud.points))
         return part_scores(_names(cloud, cloud.labels), transferred, category)
 
 
-def known_points(cloud: PartCloud) -> PartCloud:
+def _known(cloud: PartCloud) -> PartCloud:
     """Return the points of a cloud whose part is known."""
     known = cloud.labels != UNKNOWN_PART
     return PartCloud(cloud.points[known], cloud.labels[known], cloud.names)
-
-
-def transferred_parts(source: PartCloud, points: NDArray[np.float64]) -> Names:
-    """Return for each point, (P, 3), the part of the nearest point of a source, (P,) names.
-
-    Points of the source whose part is not known have no label to give: the nearest of the others
-    gives its own. Where no part of the source is known, it is "".
-    """
-    return _names(source, label_points(known_points(source), points))
 
 
 def _names(cloud: PartCloud, labels: NDArray[np.uint8]) -> Names:
