@@ -9,28 +9,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
-from ffd_lightning.analysis.compare import (
-    LEVEL,
-    compare,
-    holm,
-    interval,
-    is_mean,
-    rank_score,
-    turned,
-)
+from ffd_lightning.analysis.compare import compare, decide, is_mean, turned
 from ffd_lightning.analysis.parts import family_table
 from ffd_lightning.analysis.results import Results
+from ffd_lightning.analysis.uncertainty import LEVEL, MARGIN, Estimate, holm
 from ffd_lightning.errors import DataError
 
 PAPER = ("b", "w", "e", "r")
-MARGIN = 0.1
-"""Chamfer distances within a tenth count as about equal: so do those in the paper's mean row."""
-
-CATEGORIES = 6
-"""So many trainings, a category each, say something without several seeds."""
-
 HOLDS, FAILS, OPEN = "holds", "does not hold", "not decided"
 
 
@@ -96,16 +82,10 @@ def per_seed(results: Results, column: str, **where: Any) -> pd.Series:
     return per_run(results.where(**where)).groupby("seed")[column].mean()
 
 
-def one_seed(results: Results) -> bool:
-    """Tell whether categories stand in for seeds: all runs have one, of enough categories."""
-    seeds, categories = results.samples["seed"], results.samples["category"]
-    return seeds.nunique() == 1 and categories.nunique() >= CATEGORIES
-
-
 def differences(
     results: Results, pairs: Iterable[Sequence[str]], measures: Sequence[str], by: str = "regime"
 ) -> pd.DataFrame:
-    """Compare pairs (a, b) of groups of runs on the same test shapes, as `judged` gives it.
+    """Compare pairs (a, b) of groups of runs on the same test shapes, as `compare` does.
 
     Groups are those of one value of a column: of `regime`, where runs must differ in nothing else,
     or of `label`.
@@ -117,46 +97,13 @@ def differences(
             table = compare(part, measure, by, held=() if by == "label" else None)
             rows = table.to_dict("records")
             tables.append(pd.DataFrame([row if row["a"] == a else turned(row) for row in rows]))
-    return judged(tables, one_seed(results))
-
-
-def judged(tables: Sequence[pd.DataFrame], over_categories: bool) -> pd.DataFrame:
-    """Return tables of `compare` as one, with p corrected for all of its rows (Holm).
-
-    `shown` asks every pair of seeds too. Over categories, interval and test of the mean are over
-    those, each a training of its own; p is corrected for these rows alone, and no difference of a
-    single category is called shown.
-    """
-    if not over_categories:
-        table = pd.concat(tables, ignore_index=True)
-        # `shown` of the single comparisons asks whether mean and ranks go in one direction; a
-        # stricter p can only take it away.
-        table["p_corrected"] = holm(table["p"].tolist())
-        table["shown"] &= (table["p_corrected"] < LEVEL) & (table["agreement"] == 1)
-        return table
-    table = pd.concat([_over_categories(table) for table in tables], ignore_index=True)
-    mean = table["category"].map(is_mean)
-    table.loc[mean, "p_corrected"] = holm(table.loc[mean, "p"].tolist())
-    table["shown"] &= mean & (table["p_corrected"] < LEVEL)
-    return table
-
-
-def _over_categories(table: pd.DataFrame) -> pd.DataFrame:
-    """Return it with interval, p and `shown` of the mean taken over categories."""
-    mean = table["category"].map(is_mean)
-    of_categories = table.loc[~mean, "difference"].to_numpy(float)
-    low, high = interval([of_categories])
-    z = rank_score([of_categories])
-    sign = 1 if of_categories.mean() > 0 else -1
-    table.loc[mean, ["low", "high", "p"]] = low, high, 2 * stats.norm.sf(abs(z))
-    table.loc[mean, "shown"] = bool(min(sign * low, sign * high) > 0 and sign * z > 0)
-    return table
+    return decide(pd.concat(tables, ignore_index=True))
 
 
 def overall(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows over all categories; those of the only category where there is one."""
+    """Return the rows over all categories, or of the only one, and what they alone decide."""
     mean = table["category"].map(is_mean)
-    return table[mean] if mean.any() else table
+    return decide(table[mean] if mean.any() else table)
 
 
 # --- verdicts ------------------------------------------------------------------------------------
@@ -193,16 +140,16 @@ def about_equal(results: Results) -> Verdict:
     """Judge whether the regimes' deformed Chamfer distances differ by less than `MARGIN`."""
     pairs = [(a, b) for i, b in enumerate(PAPER) for a in PAPER[i + 1 :]]
     rows = overall(differences(results, pairs, ["chamfer"]))
-    room = MARGIN * rows[["mean_a", "mean_b"]].min(axis=1)
-    inside = (rows["low"] > -room) & (rows["high"] < room)
-    outside = rows["shown"] & ((rows["low"] > room) | (rows["high"] < -room))
-    return Verdict(_word(inside.all(), outside.any()), f"Chamfer x 1000: {_spans(rows)}")
+    room = MARGIN * rows["above"]
+    outside = rows["differs"] & ((rows["low"] > room) | (rows["high"] < -room))
+    why = f"Chamfer x 1000: {_spans(rows)}; room: {1000 * room.min():.1f}"
+    return Verdict(_word(rows["equal"].all(), outside.any()), why)
 
 
 def best_undeformed(results: Results) -> Verdict:
     """Judge whether regime r selects the nearest templates."""
     rows = overall(differences(results, [("r", x) for x in "bwe"], ["undeformed_chamfer"]))
-    lower, higher = rows["shown"] & (rows["high"] < 0), rows["shown"] & (rows["low"] > 0)
+    lower, higher = (rows["differs"] & (sign * rows["difference"] > 0) for sign in (-1, 1))
     return Verdict(_word(lower.all(), higher.any()), f"Undeformed Chamfer x 1000: {_spans(rows)}")
 
 
@@ -218,21 +165,31 @@ def _counts(values: Mapping[str, pd.Series]) -> str:
     return ", ".join(words)
 
 
-def _selects_more(results: Results, a: str, b: str) -> int:
-    """Return 1 where a is shown to select more templates than b, -1 where fewer, else 0."""
-    if one_seed(results):
-        runs = per_run(results).pivot_table("effective_templates", "category", "regime")
-        z = rank_score([(runs[a] - runs[b]).to_numpy(float)])
-        return int(np.sign(z)) if 2 * stats.norm.sf(abs(z)) < LEVEL else 0
-    more, fewer = _effective(results, a + b).values()
-    return int(more.min() > fewer.max()) - int(more.max() < fewer.min())
+def _selects_more(results: Results, pairs: Sequence[str]) -> list[int]:
+    """Return 1 where the first of a pair selects more templates, -1 where fewer, 0 where unknown.
+
+    Runs are the sample: of each category, or one of each of several.
+    """
+    runs, found = per_run(results), []
+    for pair in pairs:
+        groups = [
+            [x.to_numpy(float) for _, x in part.groupby("category")["effective_templates"]]
+            for part in (runs[runs["regime"] == regime] for regime in pair)
+        ]
+        if min(len(x) for group in groups for x in group) > 1:
+            # Twice the groups, one of them negated: the mean over all strata is their difference.
+            strata = [sign * 2 * x for sign, g in zip((1, -1), groups, strict=True) for x in g]
+        else:
+            strata = [np.array([a.mean() - b.mean() for a, b in zip(*groups, strict=True)])]
+        found.append(Estimate.over_strata(strata))
+    corrected = holm([estimate.p_differs() for estimate in found])
+    return [int(np.sign(x.mean)) * (p < LEVEL) for x, p in zip(found, corrected, strict=True)]
 
 
 def spread(results: Results) -> Verdict:
     """Judge whether e and r select more templates than b."""
-    found = [_selects_more(results, regime, "b") for regime in "er"]
-    over = "mean over categories" if one_seed(results) else "mean and range over seeds"
-    why = f"Effective templates, {over}: {_counts(_effective(results, 'ber'))}"
+    found = _selects_more(results, ["eb", "rb"])
+    why = f"Effective templates: {_counts(_effective(results, 'ber'))}"
     return Verdict(_word(min(found) > 0, min(found) < 0), why)
 
 
@@ -248,8 +205,10 @@ def collapse(results: Results) -> Verdict:
 def opposite(results: Results) -> Verdict:
     """Judge whether w selects fewer templates than b on sofas, and more on tables."""
     sofa, table = (_effective(results, "bw", category=name) for name in ("sofa", "table"))
-    holds = sofa["w"].max() < sofa["b"].min() and table["w"].min() > table["b"].max()
-    fails = sofa["w"].min() > sofa["b"].max() or table["w"].max() < table["b"].min()
+    on_sofas, on_tables = (
+        _selects_more(results.where(category=name), ["wb"])[0] for name in ("sofa", "table")
+    )
+    holds, fails = on_sofas < 0 < on_tables, on_sofas > 0 or on_tables < 0
     why = f"Effective templates on sofas: {_counts(sofa)}; on tables: {_counts(table)}"
     return Verdict(_word(holds, fails), why)
 
@@ -258,30 +217,37 @@ def one_is_enough(results: Results) -> Verdict:
     """Judge whether one template's Chamfer distance is within `MARGIN` of thirty's."""
     pairs = [("T = 1", "T = 30")]
     rows = overall(differences(by_count(results), pairs, ["chamfer"], "label"))
-    row, room = rows.iloc[0], MARGIN * rows["mean_b"].iloc[0]
-    word = _word(row["high"] < room, row["low"] > room and row["shown"])
-    return Verdict(word, f"Chamfer x 1000: {_spans(rows)}; T = 30: {1000 * row['mean_b']:.1f}")
+    row, room = rows.iloc[0], MARGIN * rows["above"].iloc[0]
+    word = _word(row["trainings"] and row["high"] < room, row["differs"] and row["low"] > room)
+    return Verdict(word, f"Chamfer x 1000: {_spans(rows)}; room: {1000 * room:.1f}")
 
 
 def semantically_close(results: Results) -> Verdict:
     """Judge whether labels fit better that come from a template of the image's own family."""
     table = family_table(results.samples, results.families)
-    rows = table[table["family"] == "same - other"]
-    better, worse = int((rows["low"] > 0).sum()), int((rows["high"] < 0).sum())
-    most, means = len(rows) / 2, table.groupby("family")["mean"].mean()
+    rows = table[table["family"] == "same - other"].dropna()
+    settings = [part for _, part in rows.groupby(["category", "regime"]) if len(part) > 1]
+    over_runs = Estimate.over_strata([part["mean"].to_numpy(float) for part in settings])
+    # All runs of a setting have the same test shapes, so these are not averaged out.
+    over_shapes = sum((part["error"] ** 2).mean() for part in settings) / len(settings) ** 2
+    runs = over_runs.error**2
+    found = Estimate.of(over_runs.mean, runs + over_shapes, [(runs, over_runs.df)])
+    low, high = found.interval
+    means = table.groupby("family")["mean"].mean()
     return Verdict(
-        _word(better > most and not worse, worse > most),
+        _word(low > 0, high < 0),
         f"Part IoU x 100, mean over {len(rows)} runs: {100 * means['same']:.1f} with a template of "
-        f"the image's family, {100 * means['other']:.1f} with another; the interval of the "
-        f"difference is above 0 in {better} runs, below 0 in {worse}",
+        f"the image's family, {100 * means['other']:.1f} with another; same - other: "
+        f"{100 * found.mean:+.1f} [{100 * low:+.1f}, {100 * high:+.1f}]",
     )
 
 
 CLAIMS = {
     "equal": Claim(
         "The regimes b, w, e and r deform about equally well.",
-        f"Holds if all six intervals lie within ±{MARGIN:.0%} of the smaller distance. Does not "
-        "hold if a difference is shown whose whole interval lies outside.",
+        f"Room is {MARGIN:.0%} of what the lower score has above the floor. Holds if all six "
+        "differences are shown to be less. Does not hold if one is shown with its whole interval "
+        "beyond.",
         about_equal,
     ),
     "undeformed": Claim(
@@ -292,9 +258,9 @@ CLAIMS = {
     ),
     "spread": Claim(
         "e and r spread the selection over more templates than b.",
-        "Holds if every seed of e and of r has more effective templates than every seed of b. "
-        "Does not hold if e or r has fewer in every pair of seeds. With one seed, Wilcoxon's test "
-        "over categories takes the place of the seeds.",
+        "Holds if a t test, corrected for two, shows that e and r have more effective templates "
+        "than b; does not hold if it shows that one has fewer. Runs are the sample, of these test "
+        "shapes.",
         spread,
     ),
     "collapse": Claim(
@@ -305,21 +271,19 @@ CLAIMS = {
     ),
     "opposite": Claim(
         "w has opposite effects: fewer templates than b on sofas, more on tables.",
-        "Holds if every pair of seeds says so on both. Does not hold if every pair of seeds says "
-        "the contrary on one of them.",
+        "Holds if t tests over runs show both. Does not hold if one shows the contrary.",
         opposite,
     ),
     "one": Claim(
         "One template is about as good as thirty.",
-        f"Holds if T = 1 is at most {MARGIN:.0%} worse, with its whole interval. Does not hold if "
-        "it is shown to be worse by more.",
+        f"Room is {MARGIN:.0%} of what the lower score has above the floor. Holds if the whole "
+        "interval of T = 1 is worse by less. Does not hold if all of it is worse by more.",
         one_is_enough,
     ),
     "labels": Claim(
         "Part labels transfer where the template is semantically close.",
         "Close is a template of the structural family that the image shows. Holds if the interval "
-        "of the difference is above 0 in most runs and below 0 in none. Does not hold if it is "
-        "below 0 in most.",
+        "of the difference, over seeds and shapes, is above 0. Does not hold if it is below.",
         semantically_close,
     ),
 }

@@ -21,7 +21,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import torch
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -37,8 +36,6 @@ from claims import (
     OPEN,
     by_count,
     differences,
-    judged,
-    one_seed,
     overall,
     per_run,
     per_seed,
@@ -119,8 +116,14 @@ def _number(value: float, column: str) -> str:
 def _difference(row: Any) -> str:
     _, factor, places = _COLUMNS[row["measure"]]
     mean, low, high = (f"{factor * row[n]:+.{places}f}" for n in ("difference", "low", "high"))
-    text = f"{mean} [{low}, {high}]"
-    return f"**{text}**" if row["shown"] else text
+    return f"{mean} [{low}, {high}]"
+
+
+def _judged(row: Any) -> str:
+    """Return a difference for a table, with the signs that docs/findings/index.md explains."""
+    text = f"**{_difference(row)}**" if row["differs"] else _difference(row)
+    signs = [("≈", row["equal"]), ("†", not row["trainings"])]
+    return _BOUND.join([text, *(sign for sign, holds in signs if holds)])
 
 
 # --- scores --------------------------------------------------------------------------------------
@@ -235,18 +238,19 @@ def _differences(name: str, pairs: tuple[Any, ...], measures: tuple[str, ...]) -
 def _changes(table: pd.DataFrame, measures: Sequence[str]) -> str:
     rows = []
     for (a, b), part in table.groupby(["a", "b"], sort=False):
-        of_measure = (overall(part[part["measure"] == measure]).iloc[0] for measure in measures)
-        rows.append([f"{a} - {b}", *map(_difference, of_measure)])
+        of_measure = (part[part["measure"] == measure].iloc[0] for measure in measures)
+        rows.append([f"{a} - {b}", *map(_judged, of_measure)])
     return _table(_headings(measures, ""), rows)
 
 
 def changes(name: str, pairs: Iterable[Sequence[str]], measures: Sequence[str]) -> str:
-    """Return a table of differences a - b, mean over categories; bold is what is shown."""
-    return _changes(_differences(name, tuple(map(tuple, pairs)), tuple(measures)), measures)
+    """Return a table of differences a - b, mean over categories."""
+    table = _differences(name, tuple(map(tuple, pairs)), tuple(measures))
+    return _changes(overall(table), measures)
 
 
 def change(name: str, a: str, b: str, measure: str) -> str:
-    """Return the difference a - b with its interval, for a sentence; bold if it is shown."""
+    """Return the difference a - b with its interval, for a sentence."""
     return _difference(overall(_differences(name, ((a, b),), (measure,))).iloc[0])
 
 
@@ -259,7 +263,7 @@ def changes_in(
         for label, name in studies.items()
     )
     rows = [
-        [label, *(_difference(part[part["measure"] == m].iloc[0]) for m in measures)]
+        [label, *(_judged(part[part["measure"] == m].iloc[0]) for m in measures)]
         for label, part in table.groupby("label", sort=False)
     ]
     return _table(_headings(measures, " - ".join(pair)), rows)
@@ -272,7 +276,7 @@ def changes_by_category(
     table = differences(study(name).where(**where), pairs, [measure])
     labels = dict.fromkeys(f"{a} - {b}" for a, b in zip(table["a"], table["b"], strict=True))
     rows = [
-        [str(category), *(_difference(row) for _, row in part.iterrows())]
+        [str(category), *(_judged(row) for _, row in part.iterrows())]
         for category, part in table.groupby("category", sort=False)
     ]
     rows.sort(key=lambda cells: is_mean(cells[0]))
@@ -282,7 +286,7 @@ def changes_by_category(
 def counts(name: str, pairs: Iterable[Sequence[int]], measures: Sequence[str]) -> str:
     """Return a table of differences between numbers of templates, mean over categories."""
     named = [tuple(f"T = {count}" for count in pair) for pair in pairs]
-    return _changes(differences(by_count(study(name)), named, measures, "label"), measures)
+    return _changes(overall(differences(by_count(study(name)), named, measures, "label")), measures)
 
 
 def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[str]) -> str:
@@ -316,34 +320,31 @@ def _plain_ids(kept: Results) -> Results:
 
 
 def _together(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
-    """Return several tables of `differences` as one: `overall`, shown if they are among all."""
-    table = pd.concat(map(overall, tables), ignore_index=True)
-    # Each was corrected for its own comparisons; a stricter p can only take `shown` away.
-    table["shown"] &= np.array(comparison.holm(table["p"].tolist())) < comparison.LEVEL
-    return table
+    """Return several tables of `differences` as one, and what that decides."""
+    return comparison.decide(pd.concat(map(overall, tables), ignore_index=True))
 
 
 def beside(part: Results, shape: str, measures: Sequence[str]) -> pd.DataFrame:
     """Compare the networks of one regime with another shape for the same images."""
     tables = [comparison.compare_with(part, measure, shape) for measure in measures]
-    return judged(tables, one_seed(part))
+    return comparison.decide(pd.concat(tables, ignore_index=True))
 
 
 def against(name: str, only: Sequence[str], shape: str, measures: Sequence[str]) -> str:
-    """Return a table of regimes minus another shape, and on how many categories they are better."""
+    """Return a table of regimes minus another shape, and in how many categories they are lower."""
+    parts = {regime: study(name).where(regime=regime) for regime in only}
+    compared = {regime: beside(part, shape, measures) for regime, part in parts.items()}
+    together = _together(table.assign(of=regime) for regime, table in compared.items())
     rows = []
-    for regime in only:
-        part = study(name).where(regime=regime)
+    for regime, table in compared.items():
         cells = [regime_title(regime)]
         for measure in measures:
-            table = beside(part, shape, [measure])
-            sign = -1 if part.protocol.metric(measure).higher_is_better else 1
-            each = table[~table["category"].map(is_mean)]
-            better = (sign * each[["low", "high"]] < 0).all(axis=1).sum()
-            worse = (sign * each[["low", "high"]] > 0).all(axis=1).sum()
-            cells += [_difference(overall(table).iloc[0]), f"{better}, {worse}"]
+            row = together[(together["of"] == regime) & (together["measure"] == measure)].iloc[0]
+            each = table[~table["category"].map(is_mean) & (table["measure"] == measure)]
+            lower = (each["difference"] < 0).sum()
+            cells += [_judged(row), f"{lower}, {len(each) - lower}"]
         rows.append(cells)
-    heads = [head for m in measures for head in (_COLUMNS[m][0], "better, worse")]
+    heads = [head for m in measures for head in (_COLUMNS[m][0], "lower, higher")]
     return _table(["regime", *heads], rows)
 
 
@@ -428,15 +429,21 @@ def labels(name: str) -> str:
     """Return how well part labels fit, by category and regime: deformed, undeformed, by family."""
     kept = study(name)
     families = family_table(kept.samples, kept.families)
+    parts = dict(iter(kept.samples.groupby(["category", "regime"], sort=False)))
+    gains = comparison.decide(
+        pd.concat(
+            beside(replace(kept, samples=part), "undeformed", ["part_iou"])
+            for part in parts.values()
+        )
+    )
     rows = []
-    for (category, regime), part in kept.samples.groupby(["category", "regime"], sort=False):
-        gain = beside(replace(kept, samples=part), "undeformed", ["part_iou"])
+    for (category, regime), part in parts.items():
+        (gain,) = gains[(gains["category"] == category) & (gains["regime"] == regime)].iloc
         of_group = families[(families["category"] == category) & (families["regime"] == regime)]
         by_family = of_group.groupby("family")["mean"].mean()
         means = part["part_iou"].mean(), part["undeformed_part_iou"].mean()
         cells = [_number(x, "part_iou") for x in (*means, by_family["same"], by_family["other"])]
-        first = [str(category), regime_title(str(regime)), *cells[:2]]
-        rows.append([*first, _difference(gain.iloc[0]), *cells[2:]])
+        rows.append([category, regime_title(regime), *cells[:2], _judged(gain), *cells[2:]])
     heads = ["deformed", "as it is", "gain", "same family", "another family"]
     return _table(["category", "regime", *heads], rows)
 

@@ -1,4 +1,4 @@
-"""Intervals, and comparisons of settings test shape by test shape."""
+"""Comparisons of settings, test shape by test shape, and what they decide."""
 
 from __future__ import annotations
 
@@ -9,74 +9,17 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
-from scipy import stats
 
 from ffd_lightning.analysis.naming import SETTING, name_of, place
 from ffd_lightning.analysis.results import Results, deciding_settings
+from ffd_lightning.analysis.uncertainty import LEVEL, MARGIN, Pair, difference, holm
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Metric
 
-RESAMPLES = 10_000
-LEVEL = 0.05
-"""Differences are shown at 95%."""
-
 _MEAN = "mean of "  # so many categories
 
-Array = NDArray[np.float64]
-_Pair = tuple[pd.DataFrame, pd.DataFrame]
-"""Scores of two groups of runs in one category: a row per shape, a column per run."""
-
-
-def interval(strata: Sequence[Array]) -> tuple[float, float]:
-    """Return the 95% interval of a mean over test shapes, the mean of the means of strata.
-
-    A bootstrap, bias-corrected and accelerated (Efron 1987): differences of squared distances have
-    one long tail, on which plain percentiles end too early. Each stratum, (n,), is resampled alone.
-    """
-    if all(np.ptp(values) <= 1e-12 * np.abs(values).max() for values in strata):
-        return (mean := _mean_of(*strata)), mean
-    found = stats.bootstrap(
-        strata,
-        _mean_of,
-        n_resamples=RESAMPLES,
-        batch=max(1, 500_000 // max(map(len, strata))),
-        confidence_level=1 - LEVEL,
-        rng=np.random.default_rng(0),
-    )
-    return float(found.confidence_interval.low), float(found.confidence_interval.high)
-
-
-def _mean_of(*strata: Array, axis: int = -1) -> Any:
-    return np.mean([values.mean(axis=axis) for values in strata], axis=0)
-
-
-def rank_score(strata: Sequence[Array]) -> float:
-    """Return z of Wilcoxon's signed-rank test, positive where the greater ranks are.
-
-    Zeros are ranked as Pratt does, since runs often choose the very same shape. Of several strata,
-    the sum of their z-scores over the root of their number (Stouffer).
-    """
-    scores = []
-    for values in strata:
-        ranks = stats.rankdata(np.abs(values)) * np.sign(values)
-        p = stats.wilcoxon(values, zero_method="pratt").pvalue if ranks.sum() else 1.0
-        scores.append(np.sign(ranks.sum()) * stats.norm.isf(max(p, 1e-300) / 2))
-    return float(np.sum(scores) / np.sqrt(len(scores)))
-
-
-def holm(p_values: Sequence[float]) -> list[float]:
-    """Return p values corrected for their number, by Holm's step-down method (1979).
-
-    >>> [round(p, 3) for p in holm([0.04, 0.01, 0.5])]
-    [0.08, 0.03, 0.5]
-    """
-    p = np.asarray(p_values, float)
-    order = np.argsort(p, kind="stable")
-    steps = np.maximum.accumulate((len(p) - np.arange(len(p))) * p[order])
-    corrected = np.empty_like(p)
-    corrected[order] = np.minimum(steps, 1)
-    return [float(x) for x in corrected]
+_Compared = tuple[Pair, float]
+"""Scores of two groups of runs in one category, and the metric's floor there."""
 
 
 def compare(
@@ -84,17 +27,14 @@ def compare(
     measure: str,
     by: str | Sequence[str] = "regime",
     held: Sequence[str] | None = None,
+    paired: bool = False,
 ) -> pd.DataFrame:
     """Compare groups of runs with each other on the very same test shapes.
 
-    Runs of a group are seeds of the same settings: their scores are averaged, as are those of
-    several images of a shape. Only images that all compared runs were tested on count. What is
-    measured is how sure the difference between *these trained networks* is, over shapes that might
-    have been tested on; how much another training would differ shows only in several seeds.
-
-    Categories are strata, each counts the same. `p` asks about ranks and is corrected for the
-    number of comparisons, the interval is about the mean and is not: a difference is called shown
-    where both show it, in one direction. Fewer than 6 shapes never show one.
+    Runs of a group are seeds of the same settings. Only images that all compared runs were tested
+    on count; several images of a shape are averaged. The interval is about other trainings and
+    other shapes (`uncertainty.difference`), unless a group has one training: such a comparison is
+    about these networks, and decides nothing. Categories count the same.
 
     Args:
         results: of the runs.
@@ -103,14 +43,16 @@ def compare(
         by: columns, constant within a run, that tell the groups apart: `regime`, `seed`, say.
         held: columns that are the same in a comparison: there is one for each of their values. By
             default regime, templates and variant, as far as they are not named in `by`.
+        paired: whether groups are other scores of the same trainings, so that these differ in what
+            is measured alone.
 
     Returns:
         A row per category and pair, and per pair one for the `mean of <k>` categories that have
         it. Columns: `category`; what is held; `a`, `b`, `measure`; `mean_a`, `mean_b`, of both on
         the shapes they share; `difference`, the mean of a - b in the measure's own unit, and its
-        interval `low`, `high`; `p`, and `p_corrected` for all rows together (Holm); `num_samples`,
-        shapes; `seeds_a`, `seeds_b`; `agreement`, the share of pairs of seeds, one of each group,
-        whose difference has this sign; `shown`.
+        95% interval `low`, `high`; `above`, how far the nearer of both means is from the metric's
+        floor, from 0 where there is none; `num_samples`, shapes; `seeds_a`, `seeds_b`;
+        `trainings`, whether the interval is about other trainings, too; and what `decide` adds.
 
     Raises:
         DataError: there is nothing that can be compared; the message says why.
@@ -127,31 +69,62 @@ def compare(
         )
     alone = set(names) <= {"regime", "templates"}
     settings = deciding_settings(results.settings) if alone else pd.DataFrame()
-    found: list[tuple[tuple[Any, ...], list[_Pair]]] = []
-    strata: dict[tuple[Any, ...], list[_Pair]] = {}
+    found: list[tuple[tuple[Any, ...], list[_Compared]]] = []
+    strata: dict[tuple[Any, ...], list[_Compared]] = {}
     for (category, *common), part in results.samples.groupby(["category", *held], sort=False):
         if alone:
             _check_settings(settings.loc[part["run"].unique()], names)
+        floor = _floor(results, part, measure)
         for a, b, pair in _pairs(part, measure, names, str(category)):
-            found.append(((category, *common, a, b), [pair]))
-            strata.setdefault((*common, a, b), []).append(pair)
+            found.append(((category, *common, a, b), [(pair, floor)]))
+            strata.setdefault((*common, a, b), []).append((pair, floor))
     if not found:
         raise DataError(
             f"nothing to compare: all runs of a category have the same {' and '.join(names)}"
         )
     found += [((f"{_MEAN}{len(p)}", *heads), p) for heads, p in strata.items() if len(p) > 1]
     columns = ["category", *held, "a", "b"]
-    rows = [dict(zip(columns, heads, strict=True)) | _numbers(pairs) for heads, pairs in found]
+    rows = [dict(zip(columns, heads, strict=True)) | _numbers(p, paired) for heads, p in found]
     table = pd.DataFrame(rows)
     table.insert(len(columns), "measure", measure)
-    table.insert(table.columns.get_loc("p") + 1, "p_corrected", holm(table["p"]))
-    table["shown"] &= table["p_corrected"] < LEVEL
+    return decide(table)
+
+
+def decide(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of comparisons with what they decide, corrected for their number (Holm).
+
+    Args:
+        table: rows of `compare`, of one table or of several put together.
+
+    Returns:
+        The same with `p_corrected`, of there being no difference, NaN where a group has one
+        training; `differs`, whether there is one; and `equal`, whether it is less than `MARGIN` of
+        `above`. Of all rows of a table without differences, one is said to differ in at most 5% of
+        tables; the same holds for equality.
+    """
+    table, known = table.copy(), table["trainings"].astype(bool)
+    table["p_corrected"] = np.nan
+    table.loc[known, "p_corrected"] = holm(table.loc[known, "p"].tolist())
+    table["differs"] = table["p_corrected"] < LEVEL
+    table["equal"] = False
+    table.loc[known, "equal"] = np.array(holm(table.loc[known, "p_equal"].tolist())) < LEVEL
     return table
+
+
+def _floor(results: Results, part: pd.DataFrame, measure: str) -> float:
+    """Return what the metric of a measure gives the truth itself, 0 where nobody measured it.
+
+    The metric of `undeformed_chamfer` is chamfer.
+    """
+    names = [metric.name for metric in results.protocol.metrics]
+    metric = max((n for n in names if f"_{measure}".endswith(f"_{n}")), key=len, default=measure)
+    floors = part.get(f"floor_{metric}", pd.Series(dtype=float)).dropna()
+    return float(floors.mean()) if len(floors) else 0.0
 
 
 def _pairs(
     part: pd.DataFrame, measure: str, names: list[str], category: str
-) -> list[tuple[str, str, _Pair]]:
+) -> list[tuple[str, str, Pair]]:
     """Return all pairs of groups in one category, over the images that all runs have."""
     runs = part[list(dict.fromkeys(["run", "seed", *names]))].drop_duplicates()
     groups: dict[str, list[str]] = {}
@@ -173,31 +146,28 @@ def _pairs(
     return [(a, b, (shapes[groups[a]], shapes[groups[b]])) for b, a in pairs]
 
 
-def _numbers(pairs: Sequence[_Pair]) -> dict[str, Any]:
+def _numbers(compared: Sequence[_Compared], paired: bool) -> dict[str, Any]:
     """Return what a comparison finds, a - b, over categories that count the same."""
-    scores = [(a.to_numpy().mean(1), b.to_numpy().mean(1)) for a, b in pairs]
-    differences = [a - b for a, b in scores]
-    mean_a, mean_b = np.mean([(a.mean(), b.mean()) for a, b in scores], 0).tolist()
-    of_runs = [np.subtract.outer(a.mean().to_numpy(), b.mean().to_numpy()) for a, b in pairs]
-    if len({of_run.shape for of_run in of_runs}) == 1:  # else no runs that go together
-        of_runs = [np.mean(of_runs, 0)]
-    low, high = interval(differences)
-    z = rank_score(differences)
-    difference = float(np.mean([d.mean() for d in differences]))
-    sign = 1 if difference > 0 else -1
-    same_sign = np.concatenate([np.sign(x).ravel() for x in of_runs]) == np.sign(difference)
+    pairs = [pair for pair, _ in compared]
+    means = np.mean([(a.mean(axis=None), b.mean(axis=None)) for a, b in pairs], 0)
+    above = float(np.abs(means - np.mean([floor for _, floor in compared])).min())
+    if paired:  # of each training the difference, beside nothing
+        pairs = [(a - b.to_numpy(), 0 * b) for a, b in pairs]
+    found, trainings = difference(pairs)
+    low, high = found.interval
     return {
-        "mean_a": mean_a,
-        "mean_b": mean_b,
-        "difference": difference,
+        "mean_a": float(means[0]),
+        "mean_b": float(means[1]),
+        "difference": found.mean,
         "low": low,
         "high": high,
-        "p": float(2 * stats.norm.sf(abs(z))),
-        "num_samples": sum(map(len, differences)),
+        "above": above,
+        "p": found.p_differs() if trainings else np.nan,
+        "p_equal": found.p_equal(MARGIN * above) if trainings else np.nan,
+        "num_samples": sum(len(a) for a, _ in pairs),
         "seeds_a": min(a.shape[1] for a, _ in pairs),
         "seeds_b": min(b.shape[1] for _, b in pairs),
-        "agreement": float(np.mean(same_sign)),
-        "shown": min(sign * low, sign * high) > 0 and sign * z > 0,
+        "trainings": trainings,
     }
 
 
@@ -224,8 +194,9 @@ def compare_with(results: Results, measure: str, shape: str) -> pd.DataFrame:
     require_columns(samples, [column])
     new = {"run": samples["run"] + f", {shape}", "scored": shape, measure: samples[column]}
     both = pd.concat([samples.assign(scored="network"), samples.assign(**new)], ignore_index=True)
-    rows = compare(replace(results, samples=both), measure, "scored").to_dict("records")
-    return pd.DataFrame([row if row["a"] == "network" else turned(row) for row in rows])
+    rows = compare(replace(results, samples=both), measure, "scored", paired=True)
+    of_network = [x if x["a"] == "network" else turned(x) for x in rows.to_dict("records")]
+    return pd.DataFrame(of_network)
 
 
 def leads(compared: pd.DataFrame, measure: Metric) -> list[dict[str, Any]]:

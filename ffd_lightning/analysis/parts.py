@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ffd_lightning.analysis.compare import interval, require_columns
+from ffd_lightning.analysis.compare import require_columns
 from ffd_lightning.analysis.results import Families
+from ffd_lightning.analysis.uncertainty import Estimate
 
 _FEWEST = 6  # shapes that have an interval: fewer show nothing
 _RUN = ["run", "category", "regime", "templates", "seed"]
@@ -25,9 +26,9 @@ def family_table(samples: pd.DataFrame, families: Families) -> pd.DataFrame:
     Returns:
         Three rows per run and category, by column `family`: "same", "other", and "same - other",
         their difference. Columns: `run`, `category`, `regime`, `templates`, `seed`, `num_samples`
-        (test shapes, several images of one averaged), `mean` and its 95% interval `low`, `high`
-        over test shapes (NaN for fewer than 6). Shapes whose family is not known are left out; a
-        group without shapes is NaN.
+        (test shapes, several images of one averaged), `mean`, its standard `error` and its 95%
+        interval `low`, `high` over test shapes (NaN for fewer than 6). Shapes whose family is not
+        known are left out; a group without shapes is NaN.
     """
     require_columns(samples, ["family", "template", "part_iou"])
     rows = []
@@ -53,5 +54,8 @@ def _mean(strata: Sequence[NDArray[np.float64]]) -> dict[str, float]:
     """Return a mean over strata of shapes, (n,) each, with its interval."""
     fewest = min(map(len, strata))
     mean = float(np.mean([x.mean() for x in strata])) if fewest else np.nan
-    low, high = interval(strata) if fewest >= _FEWEST else (np.nan, np.nan)
-    return {"mean": mean, "low": low, "high": high}
+    error = low = high = np.nan
+    if fewest >= _FEWEST:
+        found = Estimate.over_strata(strata)
+        error, (low, high) = found.error, found.interval
+    return {"mean": mean, "error": error, "low": low, "high": high}

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pandas as pd
 from rich.console import RenderableType
 
 from ffd_lightning.analysis.budget import SHARES, error_budget
-from ffd_lightning.analysis.compare import compare, is_mean, leads
+from ffd_lightning.analysis.compare import compare, decide, is_mean, leads
 from ffd_lightning.analysis.naming import GROUP, differing, name_of, setting_text
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.selection import selection_stability, selection_table
 from ffd_lightning.analysis.table import Cell, Table, number
+from ffd_lightning.analysis.uncertainty import MARGIN
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.candidates import CANDIDATES
 from ffd_lightning.evaluation.protocols import Metric
@@ -60,45 +61,53 @@ def best(results: Results) -> pd.DataFrame:
     """
     by = differing(results.scored) or ["regime"]
     titles = {name_of(x, by, long=False): name_of(x, by) for x in results.scored.to_dict("records")}
-    rows = []
+    rows: list[dict[str, Any]] = []
     for metric in results.protocol.metrics:
         means = results.samples.groupby(by, sort=False)[metric.name].mean()
         order = means.sort_values(ascending=not metric.higher_is_better, kind="stable")
         chosen = results.samples[results.samples.set_index(by).index.isin(order.index[:_MOST])]
         found = leads(compare(replace(results, samples=chosen), metric.name, by), metric)
         rows += sorted(found, key=lambda row: not is_mean(row["category"]))
-    return pd.DataFrame(rows).replace({"a": titles, "b": titles})
+    table = pd.DataFrame(rows).replace({"a": titles, "b": titles})
+    # The best beats all if it beats the second, so p needs no correction for the others (Gutmann &
+    # Maymin 1987). But of several, the second is the one that happens to be closest.
+    table["p_equal"] = (table["p_equal"] * (len(titles) - 1)).clip(upper=1)
+    return decide(table)
 
 
 def best_by_metric(results: Results, found: pd.DataFrame) -> Table:
-    """Return what `best` has found, and whether it is shown."""
+    """Return what `best` has found, and what that decides."""
     rows = []
     for row in found.to_dict("records"):
         metric = results.protocol.metric(row["measure"])
         mean, low, high = (number(metric.factor * row[x]) for x in ("difference", "low", "high"))
-        shown = "not shown"
-        if row["shown"] and min(row["seeds_a"], row["seeds_b"]) == 1:
-            shown = "shown for these trained networks"
-        elif row["shown"]:
-            shown = f"shown, and {row['agreement']:.0%} of the pairs of seeds agree"
         rows.append(
             [
                 metric.scaled_title,
                 row["category"],
                 *(f"{row[x]}: {number(metric.factor * row[f'mean_{x}'])}" for x in "ab"),
                 f"{mean} [{low}, {high}]",
-                shown,
+                verdict(row),
                 str(row["num_samples"]),
             ]
         )
-    head = ["metric", "category", "best", "next", "best - next", "shown?", "test shapes"]
+    head = ["metric", "category", "best", "next", "best - next", "verdict", "test shapes"]
     note = (
-        "Differences are means over the same test shapes, in brackets the 95% interval (bootstrap "
-        "over the shapes). Shown: the interval leaves out 0 and Wilcoxon's signed-rank test, "
-        f"corrected for all pairs of settings (Holm), agrees. Of more than {_MOST} settings the "
-        "best are compared."
+        "Differences are means over the same test shapes, in brackets the 95% interval over "
+        "trainings and shapes, over shapes alone where a setting has one training. Better: there "
+        "is a difference, by a t test that is corrected for the rows of the table (Holm). About "
+        f"equal: it is less than {MARGIN:.0%} of what lies between the score and the metric's "
+        f"floor. Of more than {_MOST} settings the best are compared."
     )
     return Table("Best by each metric", head, rows, heads=4, note=note)
+
+
+def verdict(row: Mapping[Any, Any]) -> str:
+    """Return what a comparison of the best with the next decides, a row of `best`."""
+    if not row["trainings"]:
+        return "not decided: one training each"
+    words = ["better"] * row["differs"] + [f"about equal (within {MARGIN:.0%})"] * row["equal"]
+    return ", but ".join(words) or "not decided"
 
 
 # --- numbers -------------------------------------------------------------------------------------

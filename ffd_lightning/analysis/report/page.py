@@ -123,7 +123,7 @@ def _environment() -> Environment:
 
 
 def _best(results: Results) -> Section:
-    """Open with the sentence that says which setting is best in what, and whether it is shown."""
+    """Open with the sentence that says which setting is best in what, and what is decided."""
     try:
         found = tables.best(results)
     except DataError as error:
@@ -133,7 +133,7 @@ def _best(results: Results) -> Section:
 
 
 def _lead(results: Results, found: pd.DataFrame) -> str:
-    """Say who is best by which metrics, how many leads are shown, and of how many trainings."""
+    """Say who is best by which metrics, and how many of the leads are shown."""
     overall = found[found["category"].map(is_mean)]
     if overall.empty and found["category"].nunique() == 1:
         overall = found
@@ -144,10 +144,11 @@ def _lead(results: Results, found: pd.DataFrame) -> str:
         *titles, last = (results.protocol.metric(name).title for name in rows["measure"])
         metrics = f"{', '.join(titles)} and {last}" if titles else last
         sentences.append(f"Best {metrics}: {setting}.")
-    shown = f"{overall['shown'].sum()} of {len(overall)}"
-    sentences.append(f"Shown on these test shapes: {shown} leads.")
-    if overall[["seeds_a", "seeds_b"]].min(axis=None) == 1:
-        sentences.append("One training each: another seed may give another order.")
+    if overall["trainings"].all():
+        count = f"{overall['differs'].sum()} of {len(overall)}"
+        sentences.append(f"Shown for other trainings and test shapes: {count} leads.")
+    else:
+        sentences.append("One training each decides nothing: another seed may give another order.")
     return " ".join(sentences)
 
 
