@@ -108,6 +108,14 @@ def test_an_object_on_a_plain_colour_comes_out_as_it_was_rendered(colour, noise)
     assert [int(cropped[2]), int(cropped[4])] == pytest.approx(own, abs=3)
 
 
+def test_a_nearly_white_object_on_white_is_whole():
+    photo, coverage = on_colour((255, 255, 255))
+    photo = (242 + photo / 255 * 8 + 5 * (coverage == 0)[..., None]).astype(np.uint8)
+    framed = frame(photo)
+    assert extent(framed.image) == pytest.approx(extent(rendering()), abs=2)
+    assert (framed.image[..., 3] > 127).sum() > 0.9 * (rendering()[..., 3] > 127).sum()
+
+
 def test_a_mask_and_alpha_give_what_the_rendering_was():
     photo, coverage = on_colour(noise=20)
     for framed in (frame(photo, mask=coverage), frame(np.dstack([photo, coverage]))):
