@@ -303,6 +303,19 @@ def test_a_mask_says_what_the_object_is(page, photo):
     np.testing.assert_array_equal(page.state.reconstruction.photo.image, whole.image)
 
 
+def test_a_box_says_what_the_object_is(page, photo):
+    page._on_photo(sent(*photo))
+    wait_for(lambda: page.masking.visible and page.state.truth is None)
+    whole = page.state.reconstruction.photo
+    page.box[0].value, page.box[1].value = (20, 50), (2, 98)
+    wait_for(lambda: page.boxed.visible)
+    red = (page.boxed.image == (213, 94, 0)).all(axis=2)
+    assert np.flatnonzero(red.any(axis=0))[[0, -1]] == pytest.approx([64, 160], abs=2)
+    page._ask_for(page._in_box())
+    wait_for(lambda: page.state.reconstruction.photo is not whole)
+    assert "GrabCut" in page.input.content
+
+
 def test_what_cannot_be_used_is_said_and_another_mask_can_be_given(page, photo):
     shown = page.state
     page._on_photo(sent("letter.png", b"Dear Sir"))

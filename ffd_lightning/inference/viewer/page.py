@@ -28,6 +28,7 @@ from ffd_lightning.inference.viewer.text import (
 log = logging.getLogger(__name__)
 
 _STEPS = {"previous": -1, "next": 1}
+_WHOLE = (5, 95)  # of a photograph's width or height, %: the box to begin with
 _NARROW = 0.8  # width / height of a window whose lower half the panel takes
 
 
@@ -111,10 +112,17 @@ class Page:
                 mime_type="image/*",
                 hint="bright where its object is, of the photo's size",
             )
+            sides = ("Box, across", "Box, down")
+            self.box = [gui.add_multi_slider(side, 0, 100, 1, _WHOLE) for side in sides]
+            self.boxed = gui.add_image(np.zeros((1, 1, 3), np.uint8), visible=False)
+            boxing = gui.add_button("Cut out what is in the box", icon="crop")
         self.seen = gui.add_image(np.zeros((1, 1, 3), np.uint8), label="What the network sees")
         self.input = gui.add_html("")
         photo.on_upload(self._on_photo)
         mask.on_upload(self._on_mask)
+        for slider in self.box:
+            slider.on_update(self._guarded(lambda _: self._show_box()))
+        boxing.on_click(lambda _: self._ask_for(self._in_box()))
 
     # --- what inputs do --------------------------------------------------------------------------
 
@@ -135,7 +143,17 @@ class Page:
 
     def _on_mask(self, event: Any) -> None:
         if self._photo is not None:
-            self._ask_for(replace(self._photo, mask=event.target.value.content))
+            self._ask_for(replace(self._photo, mask=event.target.value.content, box=None))
+
+    def _in_box(self) -> Photo | None:
+        (left, right), (top, bottom) = (slider.value for slider in self.box)
+        box = left, top, right, bottom
+        return self._photo and replace(self._photo, mask=None, box=box)
+
+    def _show_box(self) -> None:
+        """Draw the box that the sliders give in the photograph."""
+        if (photo := self._in_box()) is not None:
+            self.boxed.image, self.boxed.visible = photo.boxed(), True
 
     def _on_reset(self, _: Any) -> None:
         self.scene.pulls()  # those that wait to be drawn are forgotten, too

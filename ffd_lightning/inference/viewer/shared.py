@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image, ImageDraw
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import DataError
-from ffd_lightning.imaging.framing import FramedPhoto
-from ffd_lightning.imaging.photos import read_photo
+from ffd_lightning.imaging.framing import Box, FramedPhoto
+from ffd_lightning.imaging.photos import over_white, read_photo
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.predictor import Predictor
@@ -21,6 +23,7 @@ from ffd_lightning.inference.viewer.state import NUM_POINTS, State, Truth
 from ffd_lightning.palette import regime_title
 
 _HEIGHT, _WIDTH = 144, 192  # pixels of a template's picture
+_SMALL, _RED = (320, 320), (213, 94, 0)  # a photograph in the panel, in pixels; its box
 _EDGE = 0.05  # longest edge that is drawn; cubic bends over it differ by less than a pixel
 
 
@@ -34,11 +37,26 @@ class Shapes:
 
 @dataclass(frozen=True)
 class Photo:
-    """A photograph as it was opened: its file's name and bytes, and those of its mask, if any."""
+    """A photograph as it was opened.
+
+    Attributes:
+        name: of its file.
+        content: the file's bytes.
+        mask: those of its mask, if any.
+        box: of the object in it, if any: left, top, right and bottom in % of its sides.
+    """
 
     name: str
     content: bytes
     mask: bytes | None = None
+    box: tuple[float, float, float, float] | None = None
+
+    def boxed(self) -> NDArray[np.uint8]:
+        """Return a small picture of it, RGB, with the box drawn in it."""
+        small = _small(self.content, self.name).copy()
+        if self.box is not None:
+            ImageDraw.Draw(small).rectangle(_pixels(self.box, small.size), outline=_RED, width=2)
+        return np.asarray(small)
 
 
 class Shared:
@@ -98,10 +116,23 @@ class Shared:
             raise DataError(f"the mask is the photograph itself, {photo.name}")
         picture = read_photo(photo.content, photo.name)
         mask = None if photo.mask is None else read_photo(photo.mask, "the mask")
-        framed = self._predictor.frame(picture, mask=mask)
+        box = None if photo.box is None else _pixels(photo.box, picture.size)
+        framed = self._predictor.frame(picture, mask=mask, box=box)
         return self._state(framed, Path(photo.name).stem, None)
 
     def _state(self, framed: FramedPhoto, name: str, truth: Truth | None) -> State:
         with self._busy:
             (found,) = self._predictor.predict_framed([framed])
         return State(found, self._display, name, truth)
+
+
+@lru_cache(maxsize=2)
+def _small(content: bytes, name: str) -> Image.Image:
+    small = over_white(read_photo(content, name))
+    small.thumbnail(_SMALL)
+    return small
+
+
+def _pixels(box: tuple[float, float, float, float], size: tuple[int, int]) -> Box:
+    left, top, right, bottom = (round(share / 100 * size[k % 2]) for k, share in enumerate(box))
+    return left, top, right, bottom
