@@ -537,9 +537,9 @@ def _without_folder(value: Any) -> Any:
 
 def _curves(name: str, run: Path) -> pd.DataFrame:
     """Read the validation scores of a run from its TensorBoard log; no rows where there is none."""
-    if not (run / "tensorboard").is_dir():
+    if not any(run.glob("events.*")):
         return pd.DataFrame(columns=CURVE)
-    log = EventAccumulator(str(run / "tensorboard"), {"scalars": 0})
+    log = EventAccumulator(str(run), {"scalars": 0})
     log.Reload()
     tags = log.Tags()["scalars"]
     columns = {

@@ -309,7 +309,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
     logger = StepLogger(
         save_dir=run.path,
         name="",
-        version="tensorboard",
+        version="",  # TensorBoard names a run after the folder of its log
         default_hp_metric=False,
         # Steps after the checkpoint are done again: hide what the killed attempt wrote of them.
         purge_step=done + 1 if done else None,
