@@ -254,13 +254,17 @@ def _numbers(
 
 
 def _cells(table: pd.DataFrame, column: Column) -> list[Cell]:
-    values = column.better * table[column.name]
-    of_category = values.groupby(table["category"])
-    is_best = (values == of_category.transform("max")) & (of_category.transform("nunique") > 1)
+    shown, of_category = table[column.name].map(column.show), table["category"]
+    best = column.better * (column.better * table[column.name]).groupby(of_category).transform(
+        "max"
+    )
+    # Scores that read the same are marked alike.
+    is_best = (shown == best.map(column.show)) & (
+        shown.groupby(of_category).transform("nunique") > 1
+    )
     cells = []
-    for row, marked in zip(table.to_dict("records"), is_best, strict=True):
+    for row, text, marked in zip(table.to_dict("records"), shown, is_best, strict=True):
         deviation = row[f"{column.name}_std"]
-        text = column.show(row[column.name])
         text += "" if pd.isna(deviation) else f" ± {column.show(deviation)}"
         cells.append(Cell(text, mark="▲" if marked and column.better else ""))
     return cells
