@@ -149,7 +149,7 @@ def verdict(results: Results, found: pd.DataFrame) -> tuple[str, ...]:
         sentences.append(f"Best {metrics}: {setting}.")
     if overall["trainings"].all():
         count = f"{overall['differs'].sum()} of {len(overall)}"
-        decided = f"Shown for other trainings and test shapes: {count} leads."
+        decided = f"Shown to hold for other trainings and test shapes: {count} leads."
     else:
         decided = "One training each decides nothing: another seed may give another order."
     return " ".join(sentences), decided
