@@ -30,6 +30,7 @@ bench: $(VENV)/.installed
 
 docs: $(VENV)/.installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
+	$(BIN)/python docs/tools/links.py site
 	@echo "site/index.html; to search it: $(BIN)/python -m http.server -d site"
 
 pictures: $(VENV)/.installed

@@ -38,9 +38,9 @@ class RunFolder:
     """Paths and status of one run.
 
     Holds `config.yaml`, `templates.csv` (in their order: ids, and how they cover the other shapes),
-    `templates.png`, `outliers.csv` where the data has any, `checkpoints/last.ckpt`, `tensorboard/`,
-    `status.json`, and once finished `evaluation/<name>/{samples.csv, summary.json}`, `data.json`,
-    `template_ranking.csv` and `reconstructions.png`.
+    `templates.png`, `outliers.csv` where the data has any, `checkpoints/last.ckpt`, TensorBoard's
+    `events.*`, `status.json`, and once finished `evaluation/<name>/{samples.csv, summary.json}`,
+    `data.json`, `template_ranking.csv` and `reconstructions.png`.
     """
 
     path: Path
@@ -133,7 +133,7 @@ class RunFolder:
         names += ["templates.csv", "templates.png", "outliers.csv", "reconstructions.png"]
         for file in (*(self.path / name for name in names), self.checkpoint):
             file.unlink(missing_ok=True)
-        for events in (self.path / "tensorboard").glob("events.*"):
+        for events in self.path.glob("events.*"):
             events.unlink()
         if results.is_dir():
             shutil.rmtree(results)

@@ -20,6 +20,15 @@ def terminal_width() -> int | None:
     return Console().width if sys.stdout.isatty() else None
 
 
+def counted(number: float, noun: str) -> str:
+    """Return a number of things in words.
+
+    >>> counted(1, "shape"), counted(2000, "test shape")
+    ('1 shape', '2,000 test shapes')
+    """
+    return f"{number:,.0f} {noun}{'' if number == 1 else 's'}"
+
+
 def duration(seconds: float) -> str:
     """Return a time in seconds, minutes, hours or days, rounded up where it is short.
 

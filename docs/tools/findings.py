@@ -13,6 +13,7 @@ import argparse
 import io
 import json
 import platform
+import re
 import sys
 import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -42,6 +43,7 @@ from claims import (
     read,
     with_regimes_of,
 )
+from forest import Row, forest
 
 from ffd_lightning.analysis import compare as comparison
 from ffd_lightning.analysis.budget import error_budget
@@ -56,13 +58,17 @@ from ffd_lightning.analysis.plots import (
 from ffd_lightning.analysis.results import CURVE, Results
 from ffd_lightning.analysis.selection import selection_stability
 from ffd_lightning.analysis.table import Table
+from ffd_lightning.analysis.uncertainty import MARGIN
 from ffd_lightning.errors import UserError
+from ffd_lightning.evaluation.candidates import CANDIDATES
 from ffd_lightning.files import write_atomic, write_bytes_atomic
-from ffd_lightning.palette import regime_title
+from ffd_lightning.palette import REGIME_COLORS, regime_title
 
 FOLDER = Path(__file__).parents[1] / "findings"
 DATA = FOLDER / "data"
 TEXTS = Path(__file__).parent / "findings"
+FILLED = (FOLDER.parents[1] / "README.md", FOLDER.parent / "evaluation.md")
+"""Pages elsewhere that have tables of kept scores."""
 
 _MADE = "<!-- Made by docs/tools/findings.py from docs/tools/findings/{}: change it there. -->\n\n"
 _ICONS = {HOLDS: "success", FAILS: "failure", OPEN: "note"}
@@ -85,9 +91,9 @@ _REFERENCES = {
     "floor": "floor",
 }
 _REGIME_STUDIES = {  # what is said of each: study
+    "13 categories, T = 30, one seed": "paper_table",
     "chairs, lamps and tables, T = 16": "beyond+annealing",
     "sofas and tables, T = 30": "regimes",
-    "13 categories, T = 30, one seed": "paper_table",
 }
 _SCORES = tuple(name for name in _COLUMNS if name != "part_iou")
 
@@ -365,9 +371,56 @@ def verdicts(claim: str, studies: Mapping[str, str]) -> str:
     return f'!!! {icon} "{CLAIMS[claim].text}"\n\n{said}\n\n    {CLAIMS[claim].rule}'
 
 
-def word(claim: str, name: str) -> str:
-    """Return the verdict alone: holds, does not hold, not decided."""
-    return CLAIMS[claim].judge(study(name)).word
+def words(claim: str, studies: Mapping[str, str]) -> str:
+    """Return the verdicts alone, each with the studies that say so."""
+    found: dict[str, list[str]] = {}
+    for of, name in studies.items():
+        found.setdefault(CLAIMS[claim].judge(study(name)).word, []).append(of)
+    if len(found) == 1:
+        return f"**{next(iter(found))}**"
+    return ", ".join(f"**{word}** ({'; '.join(where)})" for word, where in found.items())
+
+
+def differ(kind: str, studies: Mapping[str, str], pairs: Sequence[str], measure: str) -> str:
+    """Draw differences in a measure, a panel per study; of Chamfer the room is shaded."""
+    panels, rooms = {}, []
+    for of, name in studies.items():
+        table = overall(differences(study(name), [(a, b) for a, b in pairs], [measure]))
+        panels[of] = [_dot(row, f"{row['a']} - {row['b']}") for _, row in table.iterrows()]
+        rooms.append(1000 * MARGIN * table["above"].min())
+    alt = f"{_COLUMNS[measure][0]}, differences between regimes with their 95% intervals"
+    return _drawn(f"{kind}.svg", forest(panels, rooms if measure == "chamfer" else ()), alt)
+
+
+def _dot(row: Any, label: str) -> Row:
+    """Return what is drawn of a difference; the colour is the first regime's."""
+    _, factor, _ = _COLUMNS[row["measure"]]
+    mean, low, high = (factor * row[name] for name in ("difference", "low", "high"))
+    return Row(label, REGIME_COLORS[row["a"]], mean, low, high, bool(row["differs"]))
+
+
+def beside_retrieval(name: str, only: Sequence[str]) -> str:
+    """Draw how far regimes are from retrieval, and the share of the surface that they fold."""
+    measures = ("chamfer", "emd", "iou")
+    panels: dict[str, list[Row]] = {f"{_COLUMNS[m][0]} x 1000": [] for m in measures}
+    panels["folded surface, %"] = []
+    compared = {
+        x: overall(beside(study(name).where(regime=x), "feature_retrieval", measures)) for x in only
+    }
+    together = _together(table.assign(a=regime) for regime, table in compared.items())
+    for _, row in together.iterrows():
+        panels[f"{_COLUMNS[row['measure']][0]} x 1000"].append(_dot(row, regime_title(row["a"])))
+    for regime in only:
+        folded = (
+            100 * per_run(study(name).where(regime=regime)).groupby("category")["folded"].mean()
+        )
+        ends = folded.mean(), folded.min(), folded.max()
+        panels["folded surface, %"].append(Row(regime, REGIME_COLORS[regime], *ends))
+    alt = (
+        "Five regimes against the training shape that their own features retrieve, in Chamfer "
+        "distance, EMD and IoU, and the share of the surface that they fold"
+    )
+    return _drawn("summary.svg", forest(panels), alt)
 
 
 def claim(name: str) -> str:
@@ -416,13 +469,30 @@ def budgets(name: str, only: Sequence[Any], by: str = "regime", **where: Any) ->
 
 def budgets_of(studies: Mapping[str, str], regime: str) -> str:
     """Return what the Chamfer distance of one regime is made of, mean over runs, by study."""
-    means = {n: _budget(study(name).where(regime=regime))[_PARTS] for n, name in studies.items()}
-    rows = [[label, *(f"{number:.1f}" for number in x.mean())] for label, x in means.items()]
+    return _budget_means({n: study(name).where(regime=regime) for n, name in studies.items()})
+
+
+def budgets_mean(name: str, only: Sequence[str]) -> str:
+    """Return what the Chamfer distance is made of, mean over categories and seeds, by regime."""
+    return _budget_means({regime_title(x): study(name).where(regime=x) for x in only})
+
+
+def _budget_means(parts: Mapping[str, Results]) -> str:
+    means = {
+        n: _budget(part).groupby("category")[_PARTS].mean().mean() for n, part in parts.items()
+    }
+    rows = [[label, *(f"{number:.1f}" for number in x)] for label, x in means.items()]
     return _table(["", *_PARTS], rows)
 
 
 def _budget(part: Results) -> pd.DataFrame:
-    return part.runs.join(error_budget(part.samples, part.protocol), on="run")
+    """Return a row per run and category, in which a run of several has a row for each."""
+    found = [
+        error_budget(samples, part.protocol).reset_index().assign(category=category)
+        for category, samples in part.samples.groupby("category", sort=False)
+    ]
+    about = part.runs.drop(columns="category")
+    return pd.concat(found, ignore_index=True).merge(about, on="run")
 
 
 def labels(name: str) -> str:
@@ -448,6 +518,55 @@ def labels(name: str) -> str:
     return _table(["category", "regime", *heads], rows)
 
 
+# --- numbers in other pages ----------------------------------------------------------------------
+
+
+def with_references(name: str, only: Sequence[str], columns: Sequence[str]) -> str:
+    """Return a table of regimes' mean scores, the best in bold, and of what to hold them to."""
+    runs = per_run(study(name).where(regime=only))
+    lower = {column: not _COLUMNS[column][0].endswith("↑") for column in columns}
+    lower.pop("effective_templates", None)  # neither more nor fewer is better
+    means = runs.groupby("regime")[list(columns)].mean().loc[list(only)]
+    best = {c: means[c].idxmin() if low else means[c].idxmax() for c, low in lower.items()}
+    lines = _means({r: runs[runs["regime"] == r] for r in means.index}, columns, "regime").split(
+        "\n"
+    )
+    for place, regime in enumerate(means.index, 2):
+        cells = [cell.strip() for cell in lines[place].strip("| ").split("|")]
+        scored = zip(columns, cells[1:], strict=True)
+        bold = [f"**{cell}**" if best.get(c) == regime else cell for c, cell in scored]
+        lines[place] = f"| {' | '.join([regime_title(regime), *bold])} |"
+    for shape in ("feature_retrieval", "floor"):
+        known = (f"{shape}_{column}" for column in columns)
+        cells = [
+            _number(runs[key].mean(), column) if key in runs else ""
+            for key, column in zip(known, columns, strict=True)
+        ]
+        lines.append(f"| {CANDIDATES[shape]} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def candidates(name: str, measures: Sequence[str], **where: Any) -> str:
+    """Return a table of all that is scored beside some runs, by what it is."""
+    means = per_run(study(name).where(**where)).mean(numeric_only=True)
+    rows = [
+        [meaning, *(_number(means[f"{shape}_{m}".removeprefix("_")], m) for m in measures)]
+        for shape, meaning in CANDIDATES.items()
+    ]
+    return _table(_headings(measures, "scored shape"), rows)
+
+
+def filled(text: str) -> str:
+    """Return a page whose tables between `<!-- findings: CALL -->` and `<!-- end -->` are anew."""
+
+    def block(match: re.Match[str]) -> str:
+        table = environment().from_string(f"{{{{ {match[2]} }}}}").render()
+        return f"{match[1]}\n\n{table}\n\n<!-- end -->"
+
+    found = r"(<!-- findings: (.*?) -->)\n.*?<!-- end -->"
+    return re.sub(found, block, text, flags=re.DOTALL)
+
+
 # --- figures, pages ------------------------------------------------------------------------------
 
 
@@ -470,22 +589,29 @@ def _drawn(file: str, figure: Figure, alt: str) -> str:
 
 def pages() -> dict[str, str]:
     """Return the text of every page by its name, and write the figures."""
-    environment = Environment(
-        loader=FileSystemLoader(TEXTS), undefined=StrictUndefined, keep_trailing_newline=True
-    )
-    environment.globals["regime_studies"] = _REGIME_STUDIES
-    environment.globals |= {f.__name__: f for f in _FUNCTIONS}
+    made = environment()
     return {
-        path.name: _MADE.format(path.name) + environment.get_template(path.name).render()
+        path.name: _MADE.format(path.name) + made.get_template(path.name).render()
         for path in sorted(TEXTS.glob("*.md"))
     }
+
+
+def environment() -> Environment:
+    """Return what the templates of pages are written in."""
+    made = Environment(
+        loader=FileSystemLoader(TEXTS), undefined=StrictUndefined, keep_trailing_newline=True
+    )
+    made.globals["regime_studies"] = _REGIME_STUDIES
+    made.globals |= {f.__name__: f for f in _FUNCTIONS}
+    return made
 
 
 _FUNCTIONS: tuple[Callable[..., str], ...] = (
     *(setup, scores, versions, seeds_of, by_category, categories_of, course),
     *(changes, change, changes_in, changes_by_category, counts, versus, against),
-    *(verdicts, word, claim, stability, same_template, right_category),
-    *(budgets, budgets_of, labels, figure),
+    *(verdicts, words, claim, stability, same_template, right_category),
+    *(budgets, budgets_of, budgets_mean, labels, figure, differ, beside_retrieval),
+    *(with_references, candidates),
 )  # that the templates of pages may call
 
 
@@ -537,9 +663,9 @@ def _without_folder(value: Any) -> Any:
 
 def _curves(name: str, run: Path) -> pd.DataFrame:
     """Read the validation scores of a run from its TensorBoard log; no rows where there is none."""
-    if not (run / "tensorboard").is_dir():
+    if not any(run.glob("events.*")):
         return pd.DataFrame(columns=CURVE)
-    log = EventAccumulator(str(run / "tensorboard"), {"scalars": 0})
+    log = EventAccumulator(str(run), {"scalars": 0})
     log.Reload()
     tags = log.Tags()["scalars"]
     columns = {
@@ -584,6 +710,9 @@ def main() -> int:
         for name, text in pages().items():
             write_atomic(FOLDER / name, text)
             print(FOLDER / name)
+        for page in FILLED:
+            write_atomic(page, filled(page.read_text(encoding="utf-8")))
+            print(page)
     return 0
 
 

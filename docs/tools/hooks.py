@@ -6,6 +6,7 @@ Pages that lie elsewhere in the project (ARCHITECTURE.md and others) or that are
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from html import unescape
@@ -14,11 +15,15 @@ from typing import Any
 
 from latex2mathml.converter import convert
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
 sys.path.insert(0, str(Path(__file__).parent))
 from reference import ELSEWHERE, MADE
 
 ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+_PAGES = {ROOT / source: DOCS / page for page, source in ELSEWHERE.items()}
+_LINK = re.compile(r"(?<!!)\[([^\[\]]*)\]\(([^)\s]+)\)")
 _MATH = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
 
 
@@ -30,6 +35,22 @@ def on_files(files: Files, config: Any) -> Files:
     for page, make in MADE.items():
         files.append(File.generated(config, page, content=make()))
     return files
+
+
+def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
+    """Lead links out of this folder to the site's own pages; those to other files lose them."""
+    folder = (DOCS / page.file.src_uri).parent
+
+    def relinked(match: re.Match[str]) -> str:
+        path, sharp, anchor = match[2].partition("#")
+        target = (folder / path).resolve()
+        if ":" in path or not path or DOCS in target.parents or ROOT not in target.parents:
+            return match[0]
+        if target not in _PAGES:
+            return match[1]
+        return f"[{match[1]}]({os.path.relpath(_PAGES[target], folder)}{sharp}{anchor})"
+
+    return _LINK.sub(relinked, markdown)
 
 
 def on_page_content(html: str, **_: Any) -> str:

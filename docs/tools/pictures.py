@@ -29,13 +29,8 @@ _LARGEST = 2000  # pixels
 REGIMES = ("b", "w", "e", "r", "posterior")
 SHOWN = ("chair", "plane", "sofa", "bench", "car")
 FIGURES = ("method", "overview", "subdivision", "voxels", "labels")
-NOTEBOOKS = {
-    "results": ("results", "demo.zip"),
-    "template_counts": ("results", "template_counts.zip"),
-    "label_transfer": ("label_transfer", "demo"),
-    "deformation": ("deformation", "demo"),
-}
-"""Pages, the notebooks that they are made of, and of which runs, or kept results."""
+NOTEBOOKS = {"results": "demo.zip", "deformation": "demo"}
+"""Notebooks that are pages, too, and of which runs, or kept results."""
 SHORT = ("schedule=quick", "schedule.steps=300", "schedule.annealing_steps=30")
 SWEEPS = {
     "demo": ("train", "-m", f"regime={','.join(REGIMES)}", "category=table", "name=demo"),
@@ -126,10 +121,10 @@ def _scaling(place: Place, file: Path) -> None:
 def _notebook(place: Place, file: Path) -> None:
     from notebook_pages import write_page
 
-    name, source = NOTEBOOKS[file.stem]
+    source = NOTEBOOKS[file.stem]
     kept = source.endswith(".zip")
     sweep = (DOCS / "findings" / "data" if kept else place.runs) / source
-    write_page(ROOT / "notebooks" / f"{name}.ipynb", file, sweep, place.data)
+    write_page(ROOT / "notebooks" / f"{file.stem}.ipynb", file, sweep, place.data)
     for drawn in file.with_name(f"{file.stem}_files").glob("*.png"):
         _fewer_colors(drawn)
 
@@ -161,7 +156,7 @@ def _pictures() -> dict[str, tuple[str | None, Make]]:
         "scaling.png": (None, _scaling),
     }
     found |= {f"figures/{name}.png": ("demo", _figure) for name in FIGURES}
-    for name, (_, source) in NOTEBOOKS.items():
+    for name, source in NOTEBOOKS.items():
         found[f"notebooks/{name}.md"] = None if source.endswith(".zip") else source, _notebook
     for name in categories():
         made = _drawing("contact_sheet", lambda _, name=name: name)

@@ -21,6 +21,7 @@ from ffd_lightning.evaluation.candidates import CANDIDATES
 from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.palette import REGIME_COLORS, regime_title
 from ffd_lightning.run_folder import RunFolder, decides
+from ffd_lightning.terminal import counted
 
 NOTHING = "-"
 """What is in a table where there is no value."""
@@ -131,7 +132,7 @@ def scores(results: Results, by: Sequence[str] = GROUP) -> Table:
     note = f"Of the selected template, deformed; the best is marked. {note}. {protocol.note}."
     if "twin" in results.samples:
         note += " Without copies: less the test shapes of which training had a near copy."
-    shapes = "validation shapes" if protocol.name.endswith("/val") else "test shapes"
+    shapes = "validation shape" if protocol.name.endswith("/val") else "test shape"
     return _numbers(results.scored, columns, by, f"Scores, protocol {protocol.name}", note, shapes)
 
 
@@ -208,7 +209,7 @@ def seeds_agree(results: Results) -> Table | None:
         "they group the samples by their template, 1 for the same groups, 0 for chance. Same "
         "template: share of samples for which both select the very same."
     )
-    return _numbers(table, columns, GROUP, "Agreement of seeds", note, "test samples")
+    return _numbers(table, columns, GROUP, "Agreement of seeds", note, "test sample")
 
 
 def _numbers(
@@ -221,9 +222,9 @@ def _numbers(
 ) -> Table:
     """Return means over seeds, with deviations; the best of each category is marked.
 
-    Columns that no run has are left out. `shapes` is what `num_samples` counts, if it is to be
-    said. Rows are headed by what differs of `by`, the regime where nothing does; what all share is
-    in the title.
+    Columns that no run has are left out. `shapes` is what `num_samples` counts, one of them, if
+    it is to be said. Rows are headed by what differs of `by`, the regime where nothing does; what
+    all share is in the title.
     """
     columns = [c for c in columns if c.name in runs and runs[c.name].notna().any()]
     names = [*(column.name for column in columns), *(["num_samples"] if shapes else [])]
@@ -245,22 +246,26 @@ def _numbers(
     if shapes:
         counts = [f"{count:.0f}" for count in table["num_samples"]]
         if len(set(counts)) > 1:
-            body.append([shapes.replace(" ", "\n"), *counts])
+            body.append([f"{shapes}s".replace(" ", "\n"), *counts])
         else:
-            common.append(f"{counts[0]} {shapes}")
+            common.append(counted(table["num_samples"].iloc[0], shapes))
     title = ": ".join(filter(None, [title, ", ".join(filter(None, common))]))
     head, *rows = map(list, zip(*body, strict=True))
     return Table(title, head, rows, len(heads), note)
 
 
 def _cells(table: pd.DataFrame, column: Column) -> list[Cell]:
-    values = column.better * table[column.name]
-    of_category = values.groupby(table["category"])
-    is_best = (values == of_category.transform("max")) & (of_category.transform("nunique") > 1)
+    shown, of_category = table[column.name].map(column.show), table["category"]
+    best = column.better * (column.better * table[column.name]).groupby(of_category).transform(
+        "max"
+    )
+    # Scores that read the same are marked alike.
+    is_best = (shown == best.map(column.show)) & (
+        shown.groupby(of_category).transform("nunique") > 1
+    )
     cells = []
-    for row, marked in zip(table.to_dict("records"), is_best, strict=True):
+    for row, text, marked in zip(table.to_dict("records"), shown, is_best, strict=True):
         deviation = row[f"{column.name}_std"]
-        text = column.show(row[column.name])
         text += "" if pd.isna(deviation) else f" ± {column.show(deviation)}"
         cells.append(Cell(text, mark="▲" if marked and column.better else ""))
     return cells

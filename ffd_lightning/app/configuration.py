@@ -7,6 +7,7 @@ included: every `key=value` is handed to Hydra as one that may be new.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import logging
 import re
@@ -354,6 +355,8 @@ def _job(schema: type[Any], run: Callable[[Any], Any], counted: bool, cfg: DictC
         return run(typed_config(cfg, schema))
     except SHOWN as error:
         if HydraConfig.get().mode is not RunMode.MULTIRUN:
+            if counted:
+                _remove_log_of_no_run()
             # Not as an exception: Hydra would put a line of its own above it.
             sys.exit(f"error: {explain(error)}")
         if counted:
@@ -366,3 +369,15 @@ def _job(schema: type[Any], run: Callable[[Any], Any], counted: bool, cfg: DictC
         print(f"error: {explain(error)}", file=sys.stderr)
         # Hydra runs the other jobs, and shows the first of all exceptions at the end.
         raise DataError("not all jobs came to their end: see the messages above") from None
+
+
+def _remove_log_of_no_run() -> None:
+    """Remove the folder that Hydra made for the log of a run that was refused at once."""
+    known = HydraConfig.get()
+    folder, top = Path(known.runtime.output_dir), Path(known.sweep.dir).absolute().parent
+    if [file.name for file in folder.iterdir()] != [f"{known.job.name}.log"]:
+        return
+    with contextlib.suppress(OSError):  # a folder that holds something else stays
+        next(folder.iterdir()).unlink()
+        for path in (folder, *(p for p in folder.parents if p.is_relative_to(top))):
+            path.rmdir()

@@ -51,7 +51,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if given[0] == "doctor":
         sys.exit("error: ffd doctor is ffd prepare trial=true now")
     if given[0] not in COMMANDS:
-        sys.exit(f"error: no command {given[0]!r}. Commands: {', '.join(COMMANDS)}")
+        from ffd_lightning.errors import did_you_mean
+
+        hint = did_you_mean(given[0], COMMANDS)
+        sys.exit(f"error: no command {given[0]!r}.{hint} Commands: {', '.join(COMMANDS)}")
     run(given[0], given[1:])
 
 

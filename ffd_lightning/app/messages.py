@@ -25,9 +25,15 @@ def shown(main: Callable[[], object]) -> None:
         return
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra then raises instead of printing its own digest.
     try:
-        main()
+        try:
+            main()
+        finally:
+            sys.stdout.flush()
     except SHOWN as error:
         print(f"error: {explain(error)}", file=sys.stderr)
+        sys.exit(1)
+    except BrokenPipeError:  # what reads the output, `head` say, has ended
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes at its exit
         sys.exit(1)
     except OSError as error:
         if error.filename is None:

@@ -14,6 +14,7 @@ from omegaconf.errors import OmegaConfBaseException
 from ffd_lightning import components
 from ffd_lightning.components import MISSING, Setting, settings_of, written
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.terminal import terminal_width
 
 _Settings = TypeVar("_Settings")
 
@@ -92,10 +93,14 @@ def settings_help(settings: Mapping[str, Setting]) -> str:
 
 
 def two_columns(rows: Iterable[tuple[str, str]], width: int = 20) -> str:
-    """Return lines of names and texts; a name that is too long has a line of its own."""
+    """Return lines of names and texts; a name that is too long has a line of its own.
+
+    Lines are as long as the terminal is wide, but 120 characters at most, and 100 elsewhere.
+    """
+    whole = max(min(terminal_width() or 100, 120), 2 * width)
     lines = []
     for name, text in rows:
-        head, wrapped = name, textwrap.wrap(text, 98 - width) or [""]
+        head, wrapped = name, textwrap.wrap(text, whole - width - 2) or [""]
         if len(name) >= width:
             lines.append(f"  {name}")
             head = ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
@@ -14,7 +15,9 @@ from hydra.core.utils import JobReturn, JobStatus
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig
 
-from ffd_lightning.analysis.tables import summary_tables
+from ffd_lightning.analysis.results import Results
+from ffd_lightning.analysis.tables import best, summary_tables
+from ffd_lightning.errors import DataError
 from ffd_lightning.files import write_atomic
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.terminal import table_console, terminal_width
@@ -82,16 +85,23 @@ def _print(paths: list[str]) -> None:
     if finished := [str(run.path) for run in runs if run.finished]:
         each = "" if len(finished) == 1 else f"{len(finished)} runs, each with "
         folder = os.path.commonpath(finished)
-        print(f"{folder}: {each}templates.png, reconstructions.png, evaluation/, tensorboard/")
+        print(f"{folder}: {each}templates.png, reconstructions.png, evaluation/")
 
 
 def report_quietly(folder: Path) -> None:
-    """Write the report of a sweep and print where it is; what fails in it stops nothing."""
-    from ffd_lightning.analysis.report.page import write_report
+    """Write the report of a sweep; print what it decides and where it is.
+
+    What fails in it stops nothing.
+    """
+    from ffd_lightning.analysis.report.page import verdict, write_report
     from ffd_lightning.app.open_run import open_run
 
     try:
-        print(f"\n{write_report(folder, open_run)}")
+        page, results = write_report(folder, open_run), Results.read(folder)
+        with contextlib.suppress(DataError):  # there is nothing to compare
+            results.check_scored()
+            print("", *verdict(results, best(results)), sep="\n")
+        print(f"\nOpen {page.resolve().as_uri()} in a browser.")
     except Exception as error:
         print(
             f"no report of {folder} ({type(error).__name__}: {error}); the runs are not affected, "

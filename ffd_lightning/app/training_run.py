@@ -47,6 +47,7 @@ from ffd_lightning.files import write_bytes_atomic, write_csv
 from ffd_lightning.imaging.grid import png
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.terminal import counted
 from ffd_lightning.training.callbacks import (
     Clock,
     Progress,
@@ -125,10 +126,11 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         compile_encoder(network)
     module = build_module(cfg, network, _record(cfg))
     train_on, validate_on, test_on = map(len, data.split)
-    made = f" and {len(data.variants)} variants" if data.variants else ""
+    made = f" and {counted(len(data.variants), 'variant')}" if data.variants else ""
     log.info(
-        f"{run.path}: {cfg.category.name}, regime {cfg.regime.name}, {len(data.bank)} templates, "
-        f"{train_on} shapes{made} to train on, {validate_on} to validate on, {test_on} to test on, "
+        f"{run.path}: {cfg.category.name}, regime {cfg.regime.name}, "
+        f"{counted(len(data.bank), 'template')}, {counted(train_on, 'shape')}{made} to train on, "
+        f"{validate_on} to validate on, {test_on} to test on, "
         f"{cfg.schedule.steps} steps"
     )
     tested = [data.prepared.ids[row] for row in subject.tested_on.rows]
@@ -309,7 +311,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
     logger = StepLogger(
         save_dir=run.path,
         name="",
-        version="tensorboard",
+        version="",  # TensorBoard names a run after the folder of its log
         default_hp_metric=False,
         # Steps after the checkpoint are done again: hide what the killed attempt wrote of them.
         purge_step=done + 1 if done else None,

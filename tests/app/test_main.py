@@ -27,8 +27,16 @@ def test_ffd_lists_its_commands(capsys):
         assert f"  ffd {name:<10}{summary}" in text
     assert printed(capsys, "--help") == printed(capsys, "help") == text
     assert printed(capsys, "--version").strip() == __version__
-    with pytest.raises(SystemExit, match=r"^error: no command 'trian'"):
+    with pytest.raises(SystemExit, match=r"^error: no command 'trian'. Did you mean train\?"):
         main(["trian"])
+
+
+@pytest.mark.parametrize("command", ["train", "sweep"])
+def test_help_may_be_cut_off(command):
+    words = [sys.executable, "-m", "ffd_lightning", command, "--help"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()  # before anything is written
+        assert process.stderr.read() == b""
 
 
 def test_a_process_of_another_device_knows_its_command(monkeypatch):

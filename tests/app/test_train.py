@@ -81,7 +81,7 @@ def test_a_ranking_may_count_every_image_that_was_trained_on(tiny_config, tmp_pa
 
 def test_tensorboard_holds_the_settings_and_results_that_tell_runs_apart(finished):
     run, summary = finished
-    events = EventAccumulator(str(run.path / "tensorboard")).Reload()
+    events = EventAccumulator(str(run.path)).Reload()
     tags = events.Tags()
     assert {"which_template/all", "worked_examples/reconstructions"} < {*tags["images"]}
     assert "which_template/selected" in tags["histograms"]
@@ -239,6 +239,12 @@ def test_a_sweep_trains_what_can_be_trained_side_by_side_or_not(prepared, data_r
     second = run_command("train", *command(tmp_path, data_root, "-m", *own)[1:])
     assert second.returncode == 1
     assert "finished already" in second.stdout + second.stderr
+
+
+def test_a_run_that_is_refused_before_it_begins_leaves_nothing_behind(tmp_path):
+    done = run_command("train", "encoder.weights=absent.h5", cwd=tmp_path)
+    assert done.stderr.startswith("error: encoder.weights=absent.h5")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_jobs_that_are_refused_before_they_begin_are_recorded_too(prepared, data_root, tmp_path):

@@ -23,7 +23,7 @@ from ffd_lightning.app.studies import load_study
 from ffd_lightning.run_folder import RunFolder
 
 sys.path.insert(0, str(ROOT / "docs" / "tools"))
-import reference
+from links import checkout, dead
 
 HYDRA = {"train": ("train", TrainConfig), "prepare": ("prepare", PrepareCommandConfig)}
 # What only the reader has: parts of a package of theirs.
@@ -68,11 +68,10 @@ def test_a_written_command_is_understood(page, command, arguments):
 
 
 def test_links_lead_somewhere_and_every_picture_is_linked():
-    linked = {(page.parent / link).resolve(): name(page) for page in PAGES for link in links(page)}
-    made = {ROOT / "docs" / page for page in (*reference.ELSEWHERE, *reference.MADE)}
-    assert {x: page for x, page in linked.items() if not x.exists() and x not in made} == {}
+    assert [*dead(checkout())] == []
+    linked = {(page.parent / link).resolve() for page in PAGES for link in links(page)}
     pictures = {path for path in (ROOT / "docs").rglob("*") if path.suffix in PICTURES}
-    assert sorted(map(name, pictures - linked.keys())) == []
+    assert sorted(map(name, pictures - linked)) == []
     assert [name(x) for x in pictures if x.stat().st_size > 3e5] == [], "they are small"
 
 

@@ -127,6 +127,9 @@ def test_pages_say_what_the_studies_say(tmp_path, monkeypatch):
     monkeypatch.setattr(findings, "FOLDER", tmp_path)
     for name, text in findings.pages().items():
         assert (folder / name).read_text("utf-8") == text, "python docs/tools/findings.py"
+    for page in findings.FILLED:
+        text = page.read_text("utf-8")
+        assert findings.filled(text) == text, "python docs/tools/findings.py"
     drawn = {path.name for path in tmp_path.iterdir()}
     assert drawn == {path.name for path in folder.glob("*.svg")} - {"recipes.svg"}
 

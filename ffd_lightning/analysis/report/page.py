@@ -128,17 +128,20 @@ def _best(results: Results) -> Section:
         found = tables.best(results)
     except DataError as error:
         return Section("best", "Which is best?", [_text(str(error), "lead")])
-    blocks = [_text(_lead(results, found), "lead"), tables.best_by_metric(results, found).html()]
-    return Section("best", "Which is best?", blocks)
+    lead = _text(" ".join(verdict(results, found)), "lead")
+    return Section("best", "Which is best?", [lead, tables.best_by_metric(results, found).html()])
 
 
-def _lead(results: Results, found: pd.DataFrame) -> str:
-    """Say who is best by which metrics, and how many of the leads are shown."""
+def verdict(results: Results, found: pd.DataFrame) -> tuple[str, ...]:
+    """Say which setting is best by which metrics, and how many of the leads are shown.
+
+    `found` is what `tables.best` has found in the results.
+    """
     overall = found[found["category"].map(is_mean)]
     if overall.empty and found["category"].nunique() == 1:
         overall = found
     if overall.empty:
-        return "Each category has its own best."
+        return ("Each category has its own best.",)
     sentences = []
     for setting, rows in overall.groupby("a", sort=False):
         *titles, last = (results.protocol.metric(name).title for name in rows["measure"])
@@ -146,10 +149,10 @@ def _lead(results: Results, found: pd.DataFrame) -> str:
         sentences.append(f"Best {metrics}: {setting}.")
     if overall["trainings"].all():
         count = f"{overall['differs'].sum()} of {len(overall)}"
-        sentences.append(f"Shown for other trainings and test shapes: {count} leads.")
+        decided = f"Shown to hold for other trainings and test shapes: {count} leads."
     else:
-        sentences.append("One training each decides nothing: another seed may give another order.")
-    return " ".join(sentences)
+        decided = "One training each decides nothing: another seed may give another order."
+    return " ".join(sentences), decided
 
 
 def _scores(results: Results) -> Section:

@@ -166,13 +166,23 @@
     };
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
-      pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+      const held = event.pointerType !== "touch";
+      pointers.set(event.pointerId, { x: event.clientX, y: event.clientY, held });
     });
     canvas.addEventListener("pointermove", (event) => {
       const last = pointers.get(event.pointerId);
       if (!last) return;
       const before = pointers.size === 2 ? spread() : 0;
       const [dx, dy] = [event.clientX - last.x, event.clientY - last.y];
+      if (!last.held && pointers.size === 1) {
+        // A finger that sets out up or down scrolls the page: the mesh must not tilt meanwhile.
+        if (Math.hypot(dx, dy) < 8) return;
+        if (Math.abs(dy) > Math.abs(dx)) {
+          pointers.delete(event.pointerId);
+          return;
+        }
+      }
+      last.held = true;
       [last.x, last.y] = [event.clientX, event.clientY];
       const angle = 3 / canvas.clientHeight / pointers.size;
       turn(dx * angle, dy * angle);

@@ -50,7 +50,7 @@ def print_summary(protocol: Protocol, summary: Mapping[str, float], shapes: str)
     """Print a row for each candidate that was scored and a column for each metric."""
     from ffd_lightning.analysis.table import Table, number
     from ffd_lightning.evaluation.candidates import CANDIDATES
-    from ffd_lightning.terminal import table_console, terminal_width
+    from ffd_lightning.terminal import counted, table_console, terminal_width
 
     rows = []
     for name, meaning in CANDIDATES.items():
@@ -63,7 +63,7 @@ def print_summary(protocol: Protocol, summary: Mapping[str, float], shapes: str)
         values = ["" if x is None else number(m.factor * x) for m, x in named]
         rows.append([f"model, less {twins:.0f} near copies of training shapes", *values])
     head = ["", *(f"{m.scaled_title} {m.arrow}" for m in protocol.metrics)]
-    title = f"Means over {summary['num_samples']:.0f} images of {shapes} shapes"
+    title = f"Means over {counted(summary['num_samples'], 'image')} of {shapes} shapes"
     note = "; ".join(f"{m.title}: {m.definition}" for m in protocol.metrics)
     table = Table(title, head, rows, note=f"{note}. {protocol.note}.")
     table_console().print(table.rich(terminal_width()))

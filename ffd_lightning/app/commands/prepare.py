@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from ffd_lightning.app.config import PrepareCommandConfig, Split
 from ffd_lightning.app.configuration import run_hydra
 from ffd_lightning.errors import DataError
+from ffd_lightning.terminal import counted
 
 if TYPE_CHECKING:
     from ffd_lightning.data.preparation.preparation import Preparation
@@ -63,7 +64,7 @@ def _tried(preparation: Preparation, cfg: PrepareCommandConfig) -> Iterator[str]
     unusable = {i: rejected[i] for i in ids if i in rejected}
     each = preparation.num_variants
     made = f", {each} deformed variants of each to train on" if each else ""
-    yield f"{len(ids):,} shapes{made}, {_listed(unusable, 'cannot be used')}"
+    yield f"{counted(len(ids), 'shape')}{made}, {_listed(unusable, 'cannot be used')}"
     if not usable:
         return
     shapes = SplitInput(category, tuple(usable), tuple(unusable), source.split(category))

@@ -6,7 +6,6 @@ import os
 import shlex
 import subprocess
 import sys
-import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +14,7 @@ import yaml
 
 from ffd_lightning.app.commands.train import train_command
 from ffd_lightning.app.configuration import config_folder
-from ffd_lightning.app.settings import read_options
+from ffd_lightning.app.settings import read_options, two_columns
 from ffd_lightning.app.studies import Study, check_study, load_study, sweeps, value_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic
@@ -31,10 +30,11 @@ resumes where it was interrupted, and tries again what failed.
   python sweep.py regimes category=chair,lamp 'seed=range(5)'
   python sweep.py paper_table data=shapenet data.root=DIR encoder.weights=FILE
 
-Studies for the paper start from ImageNet weights, Keras' file
+As the paper does, 100,000 steps a run, train {paper}
+unless --quick is given. They must be told the encoder's first weights: encoder.weights=none, or
+encoder.weights=FILE for ImageNet's by Keras, FILE being
   {weights}, from
   {address}
-unless --quick or encoder.weights=none is given.
 
 Studies (or a file of your own):
 
@@ -81,13 +81,13 @@ def main(arguments: Sequence[str]) -> int:
     """Run the study that the command line names, or list what there is."""
     if arguments and not {"-h", "--help"} & set(arguments):
         return run_study(Request.parse(arguments))
-    studies = {file.stem: load_study(file).question for file in sorted(_FOLDER.glob("*.yaml"))}
-    listed = "\n".join(
-        f"  {k:<17}{textwrap.shorten(v, 70, placeholder='...')}" for k, v in studies.items()
-    )
+    studies = {file.stem: load_study(file) for file in sorted(_FOLDER.glob("*.yaml"))}
+    listed = two_columns((name, study.question) for name, study in studies.items())
+    paper = ", ".join(n for n, study in studies.items() if "schedule=paper" in study.overrides)
     from ffd_lightning.app.first_weights import KERAS_ADDRESS, KERAS_FILES
 
-    print(_HELP.format(weights=KERAS_FILES[0.25], address=KERAS_ADDRESS, studies=listed))
+    weights, address = KERAS_FILES[0.25], KERAS_ADDRESS
+    print(_HELP.format(weights=weights, address=address, studies=listed, paper=paper))
     return 0
 
 

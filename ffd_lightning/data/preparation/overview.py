@@ -25,6 +25,7 @@ from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.framing import fit_picture
 from ffd_lightning.imaging.grid import grid, joined, png, write
 from ffd_lightning.imaging.rendering import render
+from ffd_lightning.terminal import counted
 
 SHOWN = 32
 """Shapes of which an image is shown."""
@@ -54,14 +55,14 @@ def describe(prepared: PreparedSet) -> list[str]:
     """Return what was prepared and rejected, and in a line of its own the warnings by kind."""
     size = sum(prepared.file(row).stat().st_size for row in range(len(prepared)))
     shapes = len(prepared.originals)
-    made = f" and {len(prepared) - shapes} variants of them" if prepared.origins else ""
-    line = f"prepared {shapes} shapes{made} in {prepared.path} ({size / 1e6:.0f} MB)"
+    made = f" and {counted(len(prepared) - shapes, 'variant')}" if prepared.origins else ""
+    line = f"prepared {counted(shapes, 'shape')}{made} in {prepared.path} ({size / 1e6:.0f} MB)"
     if rejected := prepared.rejected:
         why = some_reasons(rejected)
         line += f"; rejected {len(rejected)} ({why}), see {prepared.path / MANIFEST}"
     lines = [line]
-    if counted := count_warnings(prepared):
-        lines.append(f"warnings: {counted}; see {prepared.path / MANIFEST}")
+    if kinds := count_warnings(prepared):
+        lines.append(f"warnings: {kinds}; see {prepared.path / MANIFEST}")
     return lines
 
 
