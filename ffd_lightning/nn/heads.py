@@ -184,8 +184,8 @@ class ConditionedHeads(Heads):
         hidden: width of the dense layer.
         offset_std: deviation of the offset layer's first weights, in template units.
         batch_norm_momentum: share of a new batch in the moving statistics.
-        draw: templates that a training step draws; of several categories it takes a few, 8 of
-            each, and one more of each of the rest.
+        draw: templates that a training step draws; of several categories it takes a few, and 8 of
+            each.
         code: size of each half of a code.
         width: of the layers between codes and offsets.
         key: d, size of what is compared to select a template.

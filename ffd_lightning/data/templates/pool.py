@@ -23,9 +23,8 @@ class TemplatePool:
     """Shapes of which each step draws some as templates, and others as what is to be seen.
 
     No shape is a template of itself, nor of a variant of itself. Of several categories a step takes
-    a few, with as many templates of each, up to half of them of the bank, which the network is
-    used with unless it is told others. Of each other category one more template is there to be
-    told apart from.
+    a few, with as many templates of each. Up to half of them are of the bank, which the network is
+    used with unless it is told others.
 
     Args:
         prepared: the set of all shapes.
@@ -57,19 +56,18 @@ class TemplatePool:
             raise ConfigError("a shape needs another one of its category as template: add shapes")
         self._taken = min(max(count // _EACH, 2), len(self._categories))
         self._each = min(max(count // self._taken, 1), fewest // 2)
-        self.count = self._taken * self._each + len(self._categories) - self._taken
+        self.count = self._taken * self._each
 
     def draw(
         self, queries: int, rng: np.random.Generator
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Draw rows of templates, (T,), and of queries of other shapes, (queries,)."""
-        taken, rest = np.split(rng.permutation(len(self._categories)), [self._taken])
+        taken = rng.permutation(len(self._categories))[: self._taken]
         orders = [self._bank_first(rng.permutation(self._categories[k])) for k in taken]
         shapes = np.concatenate([order[: self._each] for order in orders])
         others = np.concatenate([order[self._each :] for order in orders])
         free = np.flatnonzero(np.isin(self._shapes, others))
-        strangers = [rng.choice(self._categories[k]) for k in rest]
-        templates = [rng.choice(self._members[k]) for k in (*shapes, *strangers)]
+        templates = [rng.choice(self._members[k]) for k in shapes]
         chosen = rng.choice(free, queries, replace=len(free) < queries)
         return self.rows[templates], self.rows[chosen]
 
