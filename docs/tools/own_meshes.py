@@ -12,8 +12,10 @@ them and without. It prints a table and draws `OUT/own-meshes.png`. The same com
 from __future__ import annotations
 
 import hashlib
+import json
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib.pyplot as plt
@@ -43,20 +45,19 @@ def main(meshes: Path, start: Path, out: Path) -> None:
     tested, own = shapes[: len(shapes) // _SHARE], shapes[len(shapes) // _SHARE :]
     rows = []
     for count in COUNTS:
-        root = out / f"meshes-{count}"
-        for shape in (*tested, *own[:count]):
-            link = root / meshes.name / shape.name
-            link.parent.mkdir(parents=True, exist_ok=True)
-            if not link.is_symlink():
-                link.symlink_to(shape.resolve())
+        root, templates = out / f"meshes-{count}", out / f"templates-{count}"
+        _link((*tested, *own[:count]), root / meshes.name)
+        _link(own[:count], templates)
         listed = out / "tested.txt"
         listed.write_text("".join(f"{shape.name}\n" for shape in tested))
         for seed in SEEDS:
             for name, variants in (("variants", "auto"), ("plain", "0")):
                 run = _train(start, root, listed, out, count, seed, variants)
-                scores = _score(run, run.checkpoint, references=False)
+                scores = _score(run, ("templates=train", "evaluation.references=false"))
                 rows.append((count, name, seed, 1000 * scores["chamfer"].mean()))
-        scores = _score(run, RunFolder(start).checkpoint, references=True)
+        name = json.loads((run.path / "data.json").read_text())["prepared"][meshes.name]
+        other = f"prepared={out / 'data' / 'prepared' / name}"  # what is a template is not tested
+        scores = _score(RunFolder(start), (f"templates={templates}", "yaw=180", other))
         for name in ("chamfer", "feature_retrieval_chamfer", "best_undeformed_chamfer"):
             rows.append((count, name, 0, 1000 * scores[name].mean()))
         print(f"{count} own meshes: done", flush=True)
@@ -64,6 +65,13 @@ def main(meshes: Path, start: Path, out: Path) -> None:
     table.to_csv(out / "own-meshes.csv", index=False)
     _draw(table, out / "own-meshes.png", f"{len(tested)} real {meshes.name}s that are tested on")
     print(table.groupby(["curve", "count"])["chamfer"].agg(["mean", "std"]).round(1).to_string())
+
+
+def _link(shapes: Sequence[Path], folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for shape in shapes:
+        if not (folder / shape.name).is_symlink():
+            (folder / shape.name).symlink_to(shape.resolve())
 
 
 def _train(
@@ -83,11 +91,10 @@ def _train(
     return RunFolder(found)
 
 
-def _score(run: RunFolder, checkpoint: Path, references: bool) -> pd.DataFrame:
-    """Return the scores of a network on a run's test shapes, with all others as templates."""
-    asked = f"evaluation.references={str(references).lower()}"
-    told = (f"run={run.path}", "templates=train", f"checkpoint={checkpoint}", asked)
-    return pd.read_csv(Path(_ffd("evaluate", *told).split()[-1]) / "samples.csv")
+def _score(run: RunFolder, settings: Sequence[str]) -> pd.DataFrame:
+    """Return the scores of a run's network with other templates than its own."""
+    said = _ffd("evaluate", f"run={run.path}", *settings)
+    return pd.read_csv(Path(said.split()[-1]) / "samples.csv")
 
 
 def _ffd(*arguments: str) -> str:
