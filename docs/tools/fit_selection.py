@@ -6,9 +6,9 @@ A training step sees a few templates of a few categories, so the network is slow
 all of them apart. Here it stays as it is but for the two layers that select, `query` and `key`:
 they learn from images' features and templates' codes that are computed once. Each image has the
 posterior of what 30 templates of its category, deformed, cost (the Chamfer distance, as in the
-regime `posterior`), and none of the other categories' templates. Beside the network's own
-templates are twice as many training shapes, so that `key` learns of more than its own. What serves
-the validation shapes best is kept. OUT is a checkpoint.
+regime `posterior`), and none of the other categories' templates. Half of the templates are the
+network's own, half any training shapes, so that it does not learn to select among its own alone.
+What serves the validation shapes best is kept. OUT is a checkpoint.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from ffd_lightning.progress import CountProgress
 VIEWS, CANDIDATES, POINTS = 4, 30, 512
 _TEMPERATURE, _VAL_FRACTION = 0.5, 0.1  # as in training
 _TOGETHER = 8  # images whose templates are deformed at once
-_EPOCHS, _BATCH, _RATE = 30, 256, 1e-3
+_EPOCHS, _BATCH, _RATE = 12, 256, 1e-3
 
 
 class Images(NamedTuple):
@@ -57,12 +57,8 @@ def main(checkpoint: Path, out: Path, folders: list[Path]) -> None:
     """See the top of this file."""
     torch.manual_seed(0)
     model = load_model(checkpoint)
-    codes, train, val, own = [], [], [], []
-    for folder in folders:
-        found = gather(model, PreparedSet.open(folder).originals)
-        for kept, new in zip((codes, train, val, own), found, strict=True):
-            kept.append(new)
-    heads = fit(model, codes, train, val, own)
+    found = [gather(model, PreparedSet.open(folder).originals) for folder in folders]
+    heads = fit(model, *map(list, zip(*found, strict=True)))
     content = read_checkpoint(checkpoint)
     for name, value in heads.items():
         content["state_dict"][f"network.heads.{name}"] = value
@@ -78,14 +74,13 @@ def gather(model: TrainedModel, prepared: PreparedSet) -> tuple[Tensor, Images, 
     alike = twins(prepared)
     rule = HashSplit()(SplitInput(category, prepared.ids, (), {}, alike))
     split = make_split(prepared.ids, rule, _VAL_FRACTION, alike).without(own)
-    others = rng.choice(split.train, min(2 * len(own), len(split.train)), replace=False)
-    ids = [*own, *others.tolist()]
+    ids = [*own, *split.train]
     told = of_prepared(model, prepared, ids)
     codes = model.network.codes(told.bank.points, told.pictures)
     bank = told.bank.lighter(POINTS)
     augmentation = PhotoAugmentation()
 
-    def images(shapes: tuple[str, ...], views: int, among: int, varied: bool) -> Images:
+    def images(shapes: tuple[str, ...], views: int, others: int, varied: bool) -> Images:
         found: list[Images] = []
         queries = [(i, v) for i in shapes for v in rng.permutation(prepared.image_shape[0])[:views]]
         with CountProgress(category, len(queries), 0, True) as progress:
@@ -98,7 +93,8 @@ def gather(model: TrainedModel, prepared: PreparedSet) -> tuple[Tensor, Images, 
                 pixels = torch.from_numpy(seen).permute(0, 3, 1, 2)
                 pixels = (augmentation(pixels) if varied else pixels)[:, :3]
                 hidden = model.network.heads.hidden(model.network.features(pixels))
-                drawn = rng.permutation(among)[:CANDIDATES]
+                first = rng.permutation(len(own))[: CANDIDATES - others]
+                drawn = np.append(first, rng.integers(len(own), len(ids), others))
                 _, offsets = model.network.heads(hidden, codes[drawn])
                 if (degrees := model.network.mirror_degrees) is not None:
                     offsets = (offsets + mirrored_offsets(offsets, degrees)) / 2
@@ -113,8 +109,8 @@ def gather(model: TrainedModel, prepared: PreparedSet) -> tuple[Tensor, Images, 
                     progress.advance()
         return Images(*map(torch.cat, zip(*found, strict=True)))
 
-    train = images((*own, *split.train), VIEWS, len(ids), varied=True)
-    return codes, train, images(split.val, 2, len(own), varied=False), len(own)
+    train = images((*own, *split.train), VIEWS, CANDIDATES // 2, varied=True)
+    return codes, train, images(split.val, 2, 0, varied=False), len(own)
 
 
 def fit(

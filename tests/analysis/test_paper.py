@@ -17,7 +17,6 @@ from ffd_lightning.analysis.results import Results
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
-from ffd_lightning.errors import DataError
 
 # Where our preset for the paper is not as the paper.
 OURS = {
@@ -118,15 +117,3 @@ def test_our_preset_is_the_papers_but_for_what_is_named_here():
         config = typed_config(compose_config("train", TrainConfig, chosen), TrainConfig)
         run = pd.json_normalize(yaml.safe_load(to_yaml(config)))
         assert {line.partition(": ")[0] for line in differences(run)} == OURS
-
-
-def test_what_cannot_be_set_beside_the_paper_is_said(make, tmp_path):
-    run = make((0.05, 0.4, 0.7))
-    searched = make((0.01, 0.1, 0.9), seed=1)
-    samples = searched.evaluation("paper")
-    samples.rename(tmp_path / "val")
-    samples.mkdir()
-    (tmp_path / "val").rename(samples / "val")  # results of no test shapes
-    assert cells(run, searched)["table", "ours"]["b"] == "50/400/300"
-    with pytest.raises(DataError, match=r"no finished run .*again, with protocol=paper"):
-        beside_paper(Results.of([searched]))

@@ -10,14 +10,14 @@ from PIL import Image
 
 from ffd_lightning.analysis.figures import examples as figure_examples
 from ffd_lightning.analysis.figures import sheets
-from ffd_lightning.analysis.figures.drawing import bars, painted, voxel_mesh
+from ffd_lightning.analysis.figures.drawing import voxel_mesh
 from ffd_lightning.analysis.figures.examples import collect, in_order, picked
-from ffd_lightning.analysis.figures.sheets import FIGURES, TEMPLATE, paper_figure, with_lattice
+from ffd_lightning.analysis.figures.sheets import FIGURES, paper_figure
 from ffd_lightning.app.commands import figures
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.training_run import train
-from ffd_lightning.errors import DataError, UserError
-from ffd_lightning.evaluation.figures import View, draw
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.figures import View
 from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.palette import part_colors
@@ -70,24 +70,6 @@ def test_a_voxel_mesh_has_the_faces_that_touch_no_other_voxel():
     np.testing.assert_allclose(area, 1 / 25)
     assert (mesh.vertices >= -0.5).all()
     assert (mesh.vertices <= 0.5).all()
-
-
-def wall(z):
-    """A square before the camera, which looks along z from -z."""
-    corners = np.array([[-0.2, -0.2, z], [0.2, -0.2, z], [0.2, 0.2, z], [-0.2, 0.2, z]])
-    return painted((corners, np.array([[0, 1, 2], [0, 2, 3]])), TEMPLATE)
-
-
-def test_a_lattice_is_seen_before_a_mesh_and_faintly_behind_it():
-    line = bars(np.array([[[-0.3, 0.0, 0.0], [0.3, 0.0, 0.0]]]), 0.02, (0, 0, 0))
-    full = draw(line, FRONT, 1)[..., 3] == 255
-    near = draw(wall(-0.1), FRONT, 1).astype(int)
-    hidden = full & (near[..., 3] == 255)
-    assert hidden.sum() > 50
-    before = with_lattice(wall(0.1), line, FRONT, 1).astype(int)
-    behind = with_lattice(wall(-0.1), line, FRONT, 1).astype(int)
-    assert before[hidden].max() <= 1
-    np.testing.assert_allclose(behind[hidden] / near[hidden][:, :3], 0.7, atol=0.01)
 
 
 # --- figures -------------------------------------------------------------------------------------
@@ -200,14 +182,3 @@ def test_the_command_writes_a_picture(run, example, tmp_path, capsys, monkeypatc
     picture = np.asarray(Image.open(file))
     assert picture.shape[1] >= 2 * 68
     assert (picture < 200).any()
-
-
-def test_mistakes_are_named(run):
-    for option, message in (
-        (f"data_root={run.path}", "the prepared data of .* is not there.*data_root=DIR"),
-        ("protocol=modern", r"ffd evaluate run=.* protocol=modern"),
-        ("models=[table-00001]", "there is no shape 'table-00001'.*table-0000"),
-        ("pick=good", "pick=good must be one of spread, best"),
-    ):
-        with pytest.raises(UserError, match=message):
-            call(figures, "figure=overview", str(run.path), option)

@@ -14,7 +14,7 @@ from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig, TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.training_run import train
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation import evaluator
 from ffd_lightning.run_folder import RunFolder
 
@@ -162,19 +162,6 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
     evaluate(copy, "evaluation.references=false", "evaluation.seed=1")
     assert not (copy.evaluation(f"{FEW}_seed-1") / "samples.csv").exists()
     assert len(list(copy.evaluation(f"{FEW}_seed-1").glob("weights-*/samples.csv"))) == 1
-
-
-def test_what_is_missing_is_said(copy, tiny_config, tmp_path):
-    other = RunFolder(tmp_path / "four")
-    train(tiny_config("templates=t4", "schedule.steps=2"), other)
-    for settings, error, message in (
-        ({"run": __file__}, ConfigError, "is a checkpoint, .* give run=RUN checkpoint=FILE"),
-        ({"checkpoint": __file__}, DataError, "damaged or no checkpoint"),
-        ({"checkpoint": str(other.checkpoint)}, ConfigError, "is of another network"),
-        ({"data_root": "/proc/no"}, DataError, "cannot prepare"),
-    ):
-        with pytest.raises(error, match=message):
-            evaluate_run(replace(config(copy), **settings))
 
 
 def test_other_templates(tmp_path):

@@ -3,8 +3,6 @@
 import contextlib
 import subprocess
 import sys
-from dataclasses import fields
-from importlib import import_module
 
 import pytest
 
@@ -63,17 +61,6 @@ def test_help_of_train_is_one_screen_and_help_all_lists_every_setting(capsys):
                 assert known or setting == "render", f"{place}.{setting}"
     assert "regime.terms.LABEL.directions=8" in words
     assert "network.hidden=512" in words, "of the class that has it"
-
-
-@pytest.mark.parametrize("name", ["status", "report", "figures", "predict", "view", "export"])
-def test_help_of_a_plain_command_lists_its_settings(name, capsys):
-    text = printed(capsys, name, "--help")
-    schema = import_module(f"ffd_lightning.app.commands.{name}").Settings
-    for f in fields(schema):
-        (line,) = [x for x in text.splitlines() if x.startswith(f"  {f.name}=")]
-        following = text.splitlines()[text.splitlines().index(line) + 1 :]
-        shown = line[22:] if len(line) > 22 else (following or [""])[0].strip()
-        assert shown, f"nothing is said of {f.name}"
 
 
 def test_help_does_not_load_torch():

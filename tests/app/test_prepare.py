@@ -6,7 +6,6 @@ from shapenet_tree import BAD, bad_models, good_models, write_folder
 from ffd_lightning.app.commands.prepare import prepare
 from ffd_lightning.app.config import PrepareCommandConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
-from ffd_lightning.app.main import main
 from ffd_lightning.data.categories import paper_templates
 
 
@@ -52,8 +51,3 @@ def test_the_command(tmp_path):
     done = run_command("prepare", *no_folder, cwd=tmp_path)
     assert (done.returncode, "Traceback" in done.stderr) == (1, False)
     assert "does not exist" in done.stderr
-
-
-def test_the_former_spelling_is_refused_with_the_new_one():
-    with pytest.raises(SystemExit, match="ffd doctor is ffd prepare trial=true now"):
-        main(["doctor", "data=shapenet"])

@@ -97,17 +97,6 @@ def test_a_damaged_member_is_rejected_and_the_others_are_not(tmp_path):
     assert len(source.load("chair", "textured").mesh.faces) > 10
 
 
-def test_what_is_missing_is_said(tmp_path):
-    with pytest.raises(DataError, match="is not ShapeNetCore"):
-        ShapeNetSource(tmp_path).shape_ids("chair")
-    write_folder(tmp_path, good_models("v1", "04379243"))
-    with pytest.raises(DataError, match=r"no chair \(03001627\); it has: table \(04379243\)"):
-        ShapeNetSource(tmp_path).shape_ids("chair")
-    (tmp_path / CHAIR / "model").mkdir(parents=True)
-    with pytest.raises(DataError, match=r"holds 1 folders, but no <shape>/model\.obj or"):
-        ShapeNetSource(tmp_path).shape_ids("chair")
-
-
 # --- 3D-R2N2's renderings -----------------------------------------------------------------------
 
 METADATA = [(15.0 * k, 25.0 + k / 10, 0.0, 0.7 + k / 100, 25.0) for k in range(24)]

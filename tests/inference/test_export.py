@@ -15,9 +15,9 @@ from commands import call, run_command
 
 from ffd_lightning.app.commands import export as command
 from ffd_lightning.checkpoint import load_model
-from ffd_lightning.errors import ConfigError, DataError, UserError
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.inference import export as module
-from ffd_lightning.inference.export import OUTPUTS, check_out, export_onnx
+from ffd_lightning.inference.export import OUTPUTS, export_onnx
 from ffd_lightning.inference.predictor import Predictor
 
 # What float32 may be off after MobileNet's 28 layers, whose batch norm magnifies what is rounded
@@ -157,11 +157,3 @@ def test_files_hold_templates_that_a_network_is_told(conditioned_checkpoint, pre
     before, after = told.predict(views[0]), packed.predict(views[0])
     np.testing.assert_allclose(after.weights, before.weights, atol=1e-5)
     np.testing.assert_allclose(after.offsets, before.offsets, atol=1e-5)
-
-
-def test_mistakes_are_named(tmp_path, monkeypatch):
-    with pytest.raises(UserError, match=r"must be a file that ends in \.onnx"):
-        call(command, "out=model.pt")
-    monkeypatch.setitem(sys.modules, "onnxscript", None)
-    with pytest.raises(ConfigError, match=r"needs onnxscript.*pip install 'ffd_lightning\[onnx\]'"):
-        check_out(tmp_path / "model.onnx")

@@ -59,13 +59,3 @@ def test_channels_last_models_are_turned_round():
     assert features.shape == (1, encoder.out_channels, *encoder.output_size(size))
     assert encoder.output_size(size) == (2, 4)
     assert torch.equal(features[0, 7], raw[0, :, :, 7])
-
-
-@needs_timm
-def test_what_cannot_work_says_why():
-    with pytest.raises(ConfigError, match=r"did you mean .*resnet18"):
-        TimmEncoder("resnet_18", SIZE)
-    with pytest.raises(ConfigError, match="tokens that are no grid"):
-        TimmEncoder("mixer_s32_224", SIZE)
-    with pytest.raises(ConfigError, match="was built for"):
-        TimmEncoder("test_resnet", SIZE).output_size((10, 10))
