@@ -29,7 +29,6 @@ CURVES = {
     "chamfer": "the network as it is",
     "variants": f"trained for {STEPS} steps, with variants",
     "plain": f"trained for {STEPS} steps, without",
-    "feature_retrieval_chamfer": "the template of the most similar image",
     "best_undeformed_chamfer": "the nearest template as it is, an oracle",
 }
 _SHARE = 3  # one of so many is tested on
@@ -58,7 +57,7 @@ def main(meshes: Path, start: Path, out: Path) -> None:
         name = json.loads((run.path / "data.json").read_text())["prepared"][meshes.name]
         other = f"prepared={out / 'data' / 'prepared' / name}"  # what is a template is not tested
         scores = _score(RunFolder(start), (f"templates={templates}", "yaw=180", other))
-        for name in ("chamfer", "feature_retrieval_chamfer", "best_undeformed_chamfer"):
+        for name in ("chamfer", "best_undeformed_chamfer"):
             rows.append((count, name, 0, 1000 * scores[name].mean()))
         print(f"{count} own meshes: done", flush=True)
     table = pd.DataFrame(rows, columns=["count", "curve", "seed", "chamfer"])
