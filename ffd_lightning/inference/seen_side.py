@@ -43,7 +43,7 @@ def choose_viewpoint(
 
 
 def photo_colored(mesh: Mesh, viewpoint: Viewpoint, image: NDArray[np.uint8]) -> Mesh:
-    """Return a mesh in the colours of a photograph, without textures.
+    """Return a mesh in the colours of a photograph, opaque and without textures.
 
     What has one part label and one material gets the median colour of the pixels that show it; what
     the photograph does not show gets that of its part, or of the whole object.
@@ -62,7 +62,7 @@ def photo_colored(mesh: Mesh, viewpoint: Viewpoint, image: NDArray[np.uint8]) ->
     plain = np.where(textures[:, None] < 0, mesh.face_colors, 0)
     kinds = np.column_stack([parts, textures, plain])
     _, kind = np.unique(kinds, axis=0, return_inverse=True)
-    colors = mesh.face_colors.copy()
+    colors = np.full_like(mesh.face_colors, 255)  # a template's glass says nothing of the object
     colors[:, :3] = np.round(of_object)
     for groups in (parts, kind.reshape(-1)):  # the finer ones last
         of_pixel = groups[faces[shown]]
