@@ -19,7 +19,7 @@ help:
 	@echo "make clean  remove the environment"
 
 demo: $(VENV)/.installed
-	$(BIN)/python train.py -m regime=b,w,e,r,posterior category=table templates=t30 name=demo
+	$(BIN)/python train.py -m regime=b,w,e,r,posterior category=table name=demo
 
 test: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -n 2

@@ -33,10 +33,7 @@ NOTEBOOKS = {"results": "demo.zip", "deformation": "demo"}
 """Notebooks that are pages, too, and of which runs, or kept results."""
 SHORT = ("schedule=quick", "schedule.steps=300", "schedule.annealing_steps=30")
 SWEEPS = {
-    "demo": (
-        *("train", "-m", f"regime={','.join(REGIMES)}"),
-        *("category=table", "templates=t30", "name=demo"),
-    ),
+    "demo": ("train", "-m", f"regime={','.join(REGIMES)}", "category=table", "name=demo"),
     "categories": ("sweep", "categories", f"category={','.join(SHOWN)}"),
     "paper_table": ("sweep", "paper_table", f"regime={','.join(REGIMES)}", *SHORT),
     "real": (
