@@ -14,6 +14,7 @@ from ffd_lightning.inference.predictor import checkpoint_of
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.pretrained import pretrained_model
+from ffd_lightning.terminal import counted
 
 EMBEDDED = "embedded"
 
@@ -122,9 +123,9 @@ def leak_warning(
     split = {key: value for key, value in before.items() if key.startswith("split.")}
     split["split"] = split.pop("split.name")
     return (
-        f"of {len(tested)} shapes to test on, {len(seen)} trained or validated the weights that "
-        f"this run starts from ({said}), or are near copies of shapes that did: its scores will be "
-        "too good. Split as they did "
+        f"of {counted(len(tested), 'shape')} to test on, {len(seen)} trained or validated the "
+        f"weights that this run starts from ({said}), or are near copies of shapes that did: its "
+        "scores will be too good. Split as they did "
         f"({' '.join(f'{key}={value}' for key, value in split.items())}), or train from scratch "
         "(encoder.weights=none)"
     )

@@ -271,7 +271,7 @@ def _rank_templates(
     on_train = cfg.template_ranking.subset == "train"
     ids = data.split.train if on_train else data.split.selection_ids
     samples = Subset(data.prepared, data.rows(ids)).samples(cfg.template_ranking.all_views)
-    log.info("%s: ranking the templates on %d images", run.path, len(samples))
+    log.info("%s: ranking the templates on %s", run.path, counted(len(samples), "image"))
     workers = cfg.evaluation.workers or torch.get_num_threads()
     ranking = rank_templates(network, data.bank, data.prepared, samples, workers)
     write_csv(run.path / "template_ranking.csv", ranking)

@@ -17,6 +17,7 @@ from typing import NamedTuple
 from ffd_lightning.components import check_ranges
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.terminal import counted
 
 log = logging.getLogger(__name__)
 
@@ -47,9 +48,10 @@ class Split(NamedTuple):
         left = Split(*(tuple(i for i in ids if i not in chosen) for ids in self))
         if not left.train or not left.test:
             raise DataError(
-                f"{sum(map(len, left))} shapes beside {len(templates)} templates leave "
-                f"{_counts(left)}: add shapes, take fewer templates (templates=t1 ... t30) or "
-                "change the split (split=hash split.train_fraction=..., say)"
+                f"{counted(sum(map(len, left)), 'shape')} beside "
+                f"{counted(len(templates), 'template')} leave {_counts(left)}: "
+                "add shapes, take fewer templates (templates=t1 ... t30) or change the split "
+                "(split=hash split.train_fraction=..., say)"
             )
         return left
 
@@ -198,7 +200,7 @@ def make_split(
         found |= {i: "val" for i in own if _position(f"val/{twins.get(i, i)}") < val_fraction}
     unnamed = sum(not subset for subset in found.values())
     if unnamed:
-        log.info("left out: %d shapes that the split does not name", unnamed)
+        log.info("left out, as the split does not name them: %s", counted(unnamed, "shape"))
     return Split(*(tuple(i for i in found if found[i] == name) for name in SUBSETS)).without(())
 
 

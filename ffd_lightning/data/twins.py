@@ -18,6 +18,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.terminal import counted
 
 MARGIN = 1.03
 """How much farther than two samplings of one shape two twins may be, in Chamfer distance."""
@@ -74,8 +75,8 @@ def twin_warning(count: int, tested: int) -> str:
     if not count:
         return ""
     return (
-        f"of {tested} shapes to test on, {count} are near copies of training shapes or templates, "
-        "which this split parts: scores are given with and without them"
+        f"of {counted(tested, 'shape')} to test on, near copies of training shapes or templates: "
+        f"{count}, which this split parts: scores are given with and without them"
     )
 
 

@@ -18,6 +18,7 @@ from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.seen_side import choose_viewpoint, photo_colored
 from ffd_lightning.nn.viewpoint import Viewpoint
+from ffd_lightning.terminal import counted
 
 _SURE = 0.5  # confidence of a viewpoint that needs no warning
 
@@ -115,7 +116,7 @@ class Reconstruction:
         ranking = self.ranking
         if not 0 <= rank < len(ranking):
             raise IndexError(
-                f"no candidate {rank}: there are {len(ranking)} templates of {self.category}"
+                f"no candidate {rank}: {counted(len(ranking), 'template')} of {self.category}"
             )
         return replace(self, index=int(ranking[rank]))
 

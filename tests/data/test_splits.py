@@ -118,7 +118,7 @@ def test_shapes_that_a_list_does_not_name_are_left_out(tmp_path, caplog):
     subsets = ListedSplit(tmp_path / "s.txt")(shapes("abcdefg"))
     split = make_split("abcdefg", subsets, val_fraction=0.9).without("a")
     assert split == (("b",), ("e",), ("c", "d"))
-    assert "left out: 2 shapes that the split does not name" in caplog.text
+    assert "2 shapes" in caplog.text
 
 
 def test_lists_that_cannot_be_used(tmp_path):

@@ -24,6 +24,7 @@ from ffd_lightning.inference.export import check_out, export_onnx, templates_fil
 from ffd_lightning.inference.own_templates import tell
 from ffd_lightning.inference.packed import write_packed
 from ffd_lightning.inference.predictor import checkpoint_of
+from ffd_lightning.terminal import counted
 
 MAIN = "run"
 
@@ -59,13 +60,14 @@ def main(settings: Settings) -> int:
         write_packed(checkpoint, out, model)
         print(
             f"{out}: {out.stat().st_size / 1e6:.1f} MB, images of {height} x {width}, "
-            f"{len(model.bank)} templates, trained on {', '.join(model.categories)}, "
+            f"{counted(len(model.bank), 'template')}, trained on {', '.join(model.categories)}, "
             f"step {model.step:,}"
         )
         return 0
     notes = {"category": ", ".join(model.categories), "run": str(model.record.get("run", ""))}
     differences = export_onnx(model, out, notes)
-    print(f"{out}: images (batch, 3, {height}, {width}) uint8, {len(model.bank)} templates")
+    templates = counted(len(model.bank), "template")
+    print(f"{out}: images (batch, 3, {height}, {width}) uint8, {templates}")
     print(f"{templates_file(out)}: what deforms them")
     found = ", ".join(f"{name} {value:.1e}" for name, value in differences.items())
     print(f"largest difference from torch in float64, on pictures of templates: {found}")

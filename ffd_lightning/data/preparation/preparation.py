@@ -248,7 +248,7 @@ class Preparation:
         if variants:
             if self.variants == "auto" and self.progress:
                 _say(
-                    f"{len(ids)} shapes of {self.category} are few: {self.num_variants} deformed "
+                    f"few shapes of {self.category} ({len(ids)}): {self.num_variants} deformed "
                     "variants of each will be trained on, too (data.variants=0: none)"
                 )
             failures |= self._make(variants, folder)

@@ -21,6 +21,7 @@ from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.inference.viewer.state import NUM_POINTS, State, Truth
 from ffd_lightning.palette import regime_title
+from ffd_lightning.terminal import counted
 
 _HEIGHT, _WIDTH = 144, 192  # pixels of a template's picture
 _SMALL, _RED = (320, 320), (213, 94, 0)  # a photograph in the panel, in pixels; its box
@@ -79,8 +80,8 @@ class Shared:
         model = predictor.model
         regime = regime_title(str(model.record.get("regime", "unknown regime")))
         self.heading = (
-            f"{', '.join(model.categories)}: {regime}, {len(model.bank)} templates, "
-            f"{model.step:,} steps"
+            f"{', '.join(model.categories)}: {regime}, {counted(len(model.bank), 'template')}, "
+            f"{counted(model.step, 'step')}"
         )
         self.note, self.photo, self.camera = note, photo, model.render.picture_camera
         absent = set() if predictor.knows_side else {"photo"}
