@@ -47,7 +47,7 @@ from ffd_lightning.files import lock_folder, write_atomic, write_csv
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.nn.viewpoint import viewpoints
 
-FORMAT_VERSION = 7
+FORMAT_VERSION = 8
 """Goes up when the same weights and settings give other numbers or files."""
 
 SHARED_FOLDER = "references"

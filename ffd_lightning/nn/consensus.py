@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
 import torch
-from jaxtyping import Float, UInt8
-from numpy.typing import NDArray
+from jaxtyping import Float, Int, UInt8
 from torch import Tensor
 
 from ffd_lightning.geometry.ffd import TemplateSample
+from ffd_lightning.nn.viewpoint import Views
 
 POINTS = 256
 """Of each template, that are compared."""
 _LIKELY = 24  # templates that vote: a few dozen hold nearly all of the probability
 _UNIT = 1000.0  # of distances, as that of costs in training
-_OUTLINE = 0.3  # weight of what a template's outline differs by
+_VOTES = 0.3  # exponent of the probabilities that vote: of strangers a network is too sure
+_OUTLINE_POINTS = 128  # of a template and of an image, that are compared
 _COVERED = 128  # of 255: a pixel is the object's
 _FEWEST = 16  # pixels that say something of an outline
 
@@ -24,27 +24,27 @@ def consensus_logits(
     offsets: Float[Tensor, "q templates control_points 3"],
     templates: TemplateSample,
     mask: UInt8[Tensor, "q height width"] | None = None,
-    projection: NDArray[np.float64] | None = None,
+    views: Views | None = None,
 ) -> Float[Tensor, "q templates"]:
     r"""Return logits of what a template becomes, beside what the network says of it as it is.
 
-    $$ \log \gamma_t - \sum_s \gamma_s \, \lambda(\tilde s_t, \tilde s_s)
-              - 0.3 \, \lambda(\pi(\tilde s_t), m) $$
+    $$ \log \gamma_t - \sum_s v_s \, \lambda(\tilde s_t, \tilde s_s)
+              - \sum_a p_a \, \lambda(\pi_a(\tilde s_t), m), \quad v_s \propto \gamma_s^{0.3} $$
 
     Probabilities gamma say which templates fit. Deformed towards the image, those that fit become
     much the same shape, and those that do not become others. So a template's expected Chamfer
     distance lambda (x 1000) to the truth is estimated by that to the other deformed templates (a
-    minimum Bayes risk decision). Where one camera took all images, its projection pi of the
-    deformed points is compared with the object's pixels m, both scaled to a longer side of 1.
-    Without this, a network that is told templates that it never saw selects worse than it deforms.
+    minimum Bayes risk decision). The cameras that may have taken the image, with probabilities p,
+    project the deformed points by pi; these are compared with the object's pixels m, both scaled
+    to a longer side of 1. Without this, a network that is told templates that it never saw selects
+    worse than it deforms.
 
     Args:
         logits: of templates.
         offsets: of their control points.
         templates: some points of each.
         mask: of the object in the images; None for no outlines.
-        projection: of the camera that took them all, (3, 4), see `imaging.camera`; None where they
-            are taken from several sides.
+        views: cameras that may have taken the images; None for no outlines.
     """
     log_probs = logits.log_softmax(1)
     top, index = log_probs.topk(min(_LIKELY, logits.shape[1]), dim=1)
@@ -53,32 +53,37 @@ def consensus_logits(
     sample = TemplateSample(matrix[index], control_points[index], degrees)
     clouds = sample.deformed(offsets[queries, index])
     distances = torch.stack([_chamfer(cloud, clouds) for cloud in clouds.unbind(1)], dim=1)
-    risk = (distances @ top.exp()[..., None])[..., 0]
-    if mask is not None and projection is not None:
-        risk = risk + _OUTLINE * _outline_distances(clouds, mask, projection)
+    risk = (distances @ (_VOTES * top).softmax(1)[..., None])[..., 0]
+    if mask is not None and views is not None:
+        risk = risk + _outline_distances(clouds, mask, views)
     unlikely = risk.amax(1, keepdim=True).expand_as(log_probs)
     return log_probs - _UNIT * unlikely.scatter(1, index, risk)
 
 
 def _outline_distances(
-    clouds: Float[Tensor, "q t n 3"],
-    mask: UInt8[Tensor, "q height width"],
-    projection: NDArray[np.float64],
+    clouds: Float[Tensor, "q t n 3"], mask: UInt8[Tensor, "q height width"], views: Views
 ) -> Float[Tensor, "q t"]:
     """Return how far projected points are from the object's pixels; 0 where there are too few."""
-    matrix = clouds.new_tensor(projection)
-    seen = clouds @ matrix[:, :3].T + matrix[:, 3]
-    flat = _scaled(seen[..., :2] / seen[..., 2:].clamp_min(1e-3))
-    found = []
-    for points, covered in zip(flat, mask >= _COVERED, strict=True):
+    clouds, found = clouds[:, :, _evenly(clouds.shape[2], clouds.device)], []
+    for points, covered, probs, matrices in zip(clouds, mask >= _COVERED, *views, strict=True):
         rows, columns = covered.nonzero(as_tuple=True)
         if len(rows) < _FEWEST:
             found.append(points.new_zeros(len(points)))
             continue
-        some = torch.linspace(0, len(rows) - 1, POINTS, device=rows.device).long()
-        pixels = torch.stack([columns[some], -rows[some]], dim=1).to(points.dtype)
-        found.append(_chamfer(_scaled(pixels)[None], points[None])[0])
+        some = _evenly(len(rows), rows.device)
+        pixels = _scaled(torch.stack([columns[some], -rows[some]], dim=1).to(points.dtype))
+        apart = []
+        for matrix in matrices.to(points.dtype):
+            seen = points @ matrix[:, :3].T + matrix[:, 3]
+            flat = _scaled(seen[..., :2] / seen[..., 2:].clamp_min(1e-3))
+            apart.append(_chamfer(pixels[None], flat[None])[0])
+        found.append(probs @ torch.stack(apart))
     return torch.stack(found)
+
+
+def _evenly(count: int, device: torch.device) -> Int[Tensor, " n"]:
+    """Return the indices of `_OUTLINE_POINTS` of so many things."""
+    return torch.linspace(0, count - 1, _OUTLINE_POINTS, device=device).long()
 
 
 def _scaled(points: Float[Tensor, "*batch n 2"]) -> Float[Tensor, "*batch n 2"]:

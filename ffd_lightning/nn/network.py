@@ -19,7 +19,7 @@ from ffd_lightning.geometry.ffd import Degrees, TemplateSample, mirrored_offsets
 from ffd_lightning.nn.consensus import consensus_logits
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.heads import Heads
-from ffd_lightning.nn.viewpoint import ViewpointHead
+from ffd_lightning.nn.viewpoint import ViewpointHead, Views, likely_views
 
 _CLOUD_POINTS = 1024  # that a code is made from
 
@@ -276,12 +276,20 @@ class TemplateFfdNetwork(nn.Module):
         )
         if self.mirror_degrees is not None:
             offsets = (offsets + mirrored_offsets(offsets, self.mirror_degrees)) / 2
+        found = None if self.viewpoint is None else self.viewpoint(hidden).float()
         if templates is not None:
-            logits = consensus_logits(logits, offsets, templates, mask, self.projection)
+            views = None if mask is None else self._views(found, logits)
+            logits = consensus_logits(logits, offsets, templates, mask, views)
         probs = logits.softmax(dim=1)
         weights = (1 - self.min_weight) * probs + self.min_weight / probs.shape[1]
-        found = None if self.viewpoint is None else self.viewpoint(hidden).float()
         return FfdPrediction(probs, weights, offsets, logits, found)
+
+    def _views(self, found: Tensor | None, like: Tensor) -> Views | None:
+        """Return from where images may have been taken: by one known camera, or as `found` says."""
+        if self.projection is None:
+            return None if found is None else likely_views(found)
+        known = like.new_tensor(self.projection).expand(len(like), 1, 3, 4)
+        return Views(like.new_ones(len(like), 1), known)
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from torch.nn.functional import cross_entropy, mse_loss
 _BINS = 36  # of azimuth
 _WIDTH = 128
 _ELEVATION_SCALE = 30.0  # degrees: brings elevations to about -1 to 2
+_DISTANCE = 1.46  # of a camera that frames a shape of box diagonal 1, see `imaging.camera`
 
 
 class Viewpoint(NamedTuple):
@@ -26,6 +27,18 @@ class Viewpoint(NamedTuple):
     azimuth: float
     elevation: float
     confidence: float
+
+
+class Views(NamedTuple):
+    """Cameras that may have taken each of q images.
+
+    Attributes:
+        probs: (q, A), how likely each is.
+        projections: from points (x, y, z, 1) to how far to the right, up and away they are.
+    """
+
+    probs: Float[Tensor, "q views"]
+    projections: Float[Tensor, "q views 3 4"]
 
 
 class ViewpointHead(nn.Module):
@@ -64,6 +77,19 @@ def viewpoint_loss(
     azimuth = ((1 - share) * near + share * far).mean()
     elevation = cameras[:, 1].float() / _ELEVATION_SCALE
     return azimuth + mse_loss(found[:, _BINS], elevation)
+
+
+def likely_views(found: Float[Tensor, "q bins"]) -> Views:
+    """Return a camera for each azimuth, all of an image at its elevation."""
+    azimuth = torch.arange(_BINS, device=found.device) * (2 * torch.pi / _BINS)
+    elevation = torch.deg2rad(found[:, _BINS:] * _ELEVATION_SCALE)
+    azimuth, elevation = torch.broadcast_tensors(azimuth, elevation)
+    sin, cos, level = azimuth.sin(), azimuth.cos(), elevation.cos()
+    right = torch.stack([-cos, torch.zeros_like(cos), -sin], dim=-1)
+    toward = torch.stack([sin * level, elevation.sin(), -cos * level], dim=-1)
+    axes = torch.stack([right, torch.linalg.cross(toward, right), -toward], dim=-2)
+    shift = axes.new_tensor([[0], [0], [_DISTANCE]]).expand(*axes.shape[:-1], 1)
+    return Views(found[:, :_BINS].softmax(1), torch.cat([axes, shift], dim=-1))
 
 
 def viewpoints(found: Float[Tensor, " bins"], count: int = 2) -> list[Viewpoint]:

@@ -4,6 +4,7 @@ import torch
 from ffd_lightning.geometry.ffd import Lattice, TemplateSample, deformation_matrix
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.nn.consensus import consensus_logits
+from ffd_lightning.nn.viewpoint import Views
 
 
 def sample(*clouds):
@@ -26,7 +27,8 @@ def test_a_lonely_shape_is_selected_less_than_one_of_many_alike():
     moved = cloud + torch.tensor([0, 10.0, 0])
     squared = torch.cdist(cloud, moved).square()
     apart = 1000 * (squared.amin(0).mean() + squared.amin(1).mean())
-    expected = probs.log() - apart * torch.stack([*[probs[3]] * 3, probs[:3].sum()])
+    votes = (0.3 * logits).softmax(1)[0]
+    expected = probs.log() - apart * torch.stack([*[votes[3]] * 3, votes[:3].sum()])
     torch.testing.assert_close(found[0], expected, rtol=1e-3, atol=0)
 
 
@@ -56,7 +58,10 @@ def test_an_outline_tells_what_a_photograph_shows():
         columns, rows = camera.pixels(box.double().numpy(), 96, 128)[0].astype(int).T
         mask[np.clip(rows, 0, 95), np.clip(columns, 0, 127)] = 255
     given = torch.zeros(3, 2), torch.zeros(3, 2, 8, 3), bank
-    found = consensus_logits(*given, masks, camera.projection)
+    # What cannot have taken them counts for nothing.
+    matrices = torch.tensor(np.stack([camera.projection, Camera(45, 90).projection])).float()
+    views = Views(torch.tensor([[1.0, 0.0]]).expand(3, 2), matrices.expand(3, 2, 3, 4))
+    found = consensus_logits(*given, masks, views)
     assert found.argmax(1)[:2].tolist() == [0, 1]
     torch.testing.assert_close(found[2], consensus_logits(*given)[2])
     assert consensus_logits(*given, masks)[:2].std() < 1e-3, "no camera, no outline"

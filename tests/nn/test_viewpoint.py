@@ -1,7 +1,8 @@
 import numpy as np
 import torch
 
-from ffd_lightning.nn.viewpoint import ViewpointHead, viewpoint_loss, viewpoints
+from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.nn.viewpoint import ViewpointHead, likely_views, viewpoint_loss, viewpoints
 
 
 def seen(cameras):
@@ -43,3 +44,13 @@ def test_of_two_sides_both_are_said_and_their_confidences_are_probabilities():
     assert apart(second.azimuth, 180) < 1
     np.testing.assert_allclose([first.confidence, second.confidence], [2 / 3, 1 / 3], atol=0.01)
     assert first.elevation == second.elevation == 15
+
+
+def test_likely_views_are_cameras_that_frame_a_shape():
+    found = torch.randn(2, 37)
+    probs, matrices = likely_views(found)
+    torch.testing.assert_close(probs, found[:, :36].softmax(1))
+    for row in range(2):
+        for k in (0, 5, 29):
+            camera = Camera(10.0 * k, 30 * float(found[row, 36]))
+            np.testing.assert_allclose(matrices[row, k].numpy(), camera.projection, atol=2e-3)

@@ -49,7 +49,7 @@ from ffd_lightning.parallel import available_cores, in_threads
 from ffd_lightning.progress import CountProgress
 
 MAIN = "image"
-FORMAT_VERSION = 5
+FORMAT_VERSION = 6
 """Goes up when the same photograph and settings give other files."""
 
 _SUFFIXES = frozenset(
