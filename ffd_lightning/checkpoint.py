@@ -99,7 +99,7 @@ class TrainedModel:
         if len(codes) != len(bank):
             raise ValueError(f"{len(codes)} codes of {len(bank)} templates")
         network = copy.deepcopy(self.network)
-        network.use_templates(codes, bank.sample(consensus.POINTS))
+        network.use_templates(codes, bank.sample(consensus.POINTS), strangers=True)
         return replace(self, network=network, bank=bank)
 
     def check_conditioned(self) -> None:
@@ -219,7 +219,8 @@ def load_model(checkpoint: Path) -> TrainedModel:
     if reason := load_weights(network, state):
         raise ConfigError(f"the checkpoint {checkpoint} is of another network ({reason})")
     if "template_codes" in content:
-        network.use_templates(content["template_codes"], bank.sample(consensus.POINTS))
+        codes, strangers = content["template_codes"], content.get("strangers", False)
+        network.use_templates(codes, bank.sample(consensus.POINTS), strangers)
         camera = render.only_camera if content.get("one_camera") else None
         network.projection = None if camera is None else camera.projection
     step = int(state["global_step"])

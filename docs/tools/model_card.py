@@ -2,11 +2,12 @@
 
     python docs/tools/model_card.py CHECKPOINT VIEWS PREPARED_SET...
 
-Of each shape the first VIEWS images are cut out and framed as photographs are. `right` is the share
-of images whose selected template is of the right category, in %. Box Chamfer distances, x 1000, are
-of the right category's templates and 2,048 points: `selected`, deformed; `best`, that of the best
-deformed template; `as it is`, that of the nearest template undeformed. `azimuth` is the median
-error of the viewpoint in degrees, `turned` the share of errors over 90 degrees, in %.
+Of each shape the last VIEWS images, those of random cameras, are cut out and framed as photographs
+are. `right` is the share of images whose selected template is of the right category, in %. Box
+Chamfer distances, x 1000, are of the right category's templates and 2,048 points: `selected`,
+deformed; `best`, that of the best deformed template; `as it is`, that of the nearest template
+undeformed. `azimuth` is the median error of the viewpoint in degrees, `turned` the share of errors
+over 90 degrees, in %.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def measure(predictor: Predictor, prepared: PreparedSet, views: int) -> pd.DataF
             target = torch.from_numpy(prepared.cloud(row, _POINTS))
             other = [k for k in own.tolist() if bank.ids[k] != prepared.ids[row]]
             as_it_is = 1000 * chamfer_distance(bank.points[other], target, "mean").min()
-            for view in range(min(views, prepared.image_shape[0])):
+            for view in range(prepared.image_shape[0])[-views:]:
                 photo = predictor.frame(prepared.image(row, view))
                 (found,) = predictor.predict_framed([photo])
                 right = found.category == category

@@ -44,6 +44,7 @@ def write_packed(checkpoint: Path, out: Path, model: TrainedModel | None = None)
     entry = {**content["model"], "templates": templates}
     if model.network.heads.conditioned:
         entry["template_codes"] = model.network.template_codes.cpu()
+        entry["strangers"] = model.network.strangers
     packed = {
         "global_step": model.step,
         "state_dict": network,

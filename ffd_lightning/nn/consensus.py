@@ -1,20 +1,19 @@
-"""Selection among strangers: what the likely templates become says which of them is right."""
+"""Selection of templates that are told: what the likely ones become says which is right."""
 
 from __future__ import annotations
 
 import torch
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Float, UInt8
 from torch import Tensor
 
 from ffd_lightning.geometry.ffd import TemplateSample
 from ffd_lightning.nn.viewpoint import Views
 
 POINTS = 256
-"""Of each template, that are compared."""
+"""Of each template and of an image's object, that are compared: half of them are too noisy."""
 _LIKELY = 24  # templates that vote: a few dozen hold nearly all of the probability
 _UNIT = 1000.0  # of distances, as that of costs in training
-_VOTES = 0.3  # exponent of the probabilities that vote: of strangers a network is too sure
-_OUTLINE_POINTS = 128  # of a template and of an image, that are compared
+_VOTES = 0.3  # exponent of strangers' probabilities that vote: a network is too sure of them
 _COVERED = 128  # of 255: a pixel is the object's
 _FEWEST = 16  # pixels that say something of an outline
 
@@ -25,19 +24,21 @@ def consensus_logits(
     templates: TemplateSample,
     mask: UInt8[Tensor, "q height width"] | None = None,
     views: Views | None = None,
+    strangers: bool = False,
 ) -> Float[Tensor, "q templates"]:
     r"""Return logits of what a template becomes, beside what the network says of it as it is.
 
     $$ \log \gamma_t - \sum_s v_s \, \lambda(\tilde s_t, \tilde s_s)
-              - \sum_a p_a \, \lambda(\pi_a(\tilde s_t), m), \quad v_s \propto \gamma_s^{0.3} $$
+              - \sum_a p_a \, \lambda(\pi_a(\tilde s_t), m) $$
 
     Probabilities gamma say which templates fit. Deformed towards the image, those that fit become
     much the same shape, and those that do not become others. So a template's expected Chamfer
     distance lambda (x 1000) to the truth is estimated by that to the other deformed templates (a
-    minimum Bayes risk decision). The cameras that may have taken the image, with probabilities p,
-    project the deformed points by pi; these are compared with the object's pixels m, both scaled
-    to a longer side of 1. Without this, a network that is told templates that it never saw selects
-    worse than it deforms.
+    minimum Bayes risk decision). Votes v are the probabilities; of strangers they are flattened,
+    v ~ gamma^0.3, as a network is too sure of templates that it never saw. The cameras that may
+    have taken the image, with probabilities p, project the deformed points by pi; these are
+    compared with the object's pixels m, both scaled to a longer side of 1. Without this, a network
+    that is told templates selects worse than it deforms.
 
     Args:
         logits: of templates.
@@ -45,6 +46,7 @@ def consensus_logits(
         templates: some points of each.
         mask: of the object in the images; None for no outlines.
         views: cameras that may have taken the images; None for no outlines.
+        strangers: the network was not trained with the templates.
     """
     log_probs = logits.log_softmax(1)
     top, index = log_probs.topk(min(_LIKELY, logits.shape[1]), dim=1)
@@ -53,7 +55,7 @@ def consensus_logits(
     sample = TemplateSample(matrix[index], control_points[index], degrees)
     clouds = sample.deformed(offsets[queries, index])
     distances = torch.stack([_chamfer(cloud, clouds) for cloud in clouds.unbind(1)], dim=1)
-    risk = (distances @ (_VOTES * top).softmax(1)[..., None])[..., 0]
+    risk = (distances @ ((_VOTES if strangers else 1.0) * top).softmax(1)[..., None])[..., 0]
     if mask is not None and views is not None:
         risk = risk + _outline_distances(clouds, mask, views)
     unlikely = risk.amax(1, keepdim=True).expand_as(log_probs)
@@ -64,13 +66,13 @@ def _outline_distances(
     clouds: Float[Tensor, "q t n 3"], mask: UInt8[Tensor, "q height width"], views: Views
 ) -> Float[Tensor, "q t"]:
     """Return how far projected points are from the object's pixels; 0 where there are too few."""
-    clouds, found = clouds[:, :, _evenly(clouds.shape[2], clouds.device)], []
+    found = []
     for points, covered, probs, matrices in zip(clouds, mask >= _COVERED, *views, strict=True):
         rows, columns = covered.nonzero(as_tuple=True)
         if len(rows) < _FEWEST:
             found.append(points.new_zeros(len(points)))
             continue
-        some = _evenly(len(rows), rows.device)
+        some = torch.linspace(0, len(rows) - 1, POINTS, device=rows.device).long()
         pixels = _scaled(torch.stack([columns[some], -rows[some]], dim=1).to(points.dtype))
         apart = []
         for matrix in matrices.to(points.dtype):
@@ -79,11 +81,6 @@ def _outline_distances(
             apart.append(_chamfer(pixels[None], flat[None])[0])
         found.append(probs @ torch.stack(apart))
     return torch.stack(found)
-
-
-def _evenly(count: int, device: torch.device) -> Int[Tensor, " n"]:
-    """Return the indices of `_OUTLINE_POINTS` of so many things."""
-    return torch.linspace(0, count - 1, _OUTLINE_POINTS, device=device).long()
 
 
 def _scaled(points: Float[Tensor, "*batch n 2"]) -> Float[Tensor, "*batch n 2"]:

@@ -155,6 +155,7 @@ class TemplateFfdNetwork(nn.Module):
         for name in ("template_codes", "_template_matrix", "_template_control_points"):
             self.register_buffer(name, None, persistent=False)
         self._template_degrees: Degrees = (1, 1, 1)
+        self.strangers = False
         self.projection: NDArray[np.float64] | None = None
 
     def description(self) -> dict[str, Any]:
@@ -210,14 +211,18 @@ class TemplateFfdNetwork(nn.Module):
         return torch.stack(codes)
 
     def use_templates(
-        self, codes: Float[Tensor, "templates code"], templates: TemplateSample
+        self,
+        codes: Float[Tensor, "templates code"],
+        templates: TemplateSample,
+        strangers: bool = False,
     ) -> None:
         """Tell conditioned heads the templates of all predictions to come.
 
-        They are told by their `codes`, and by `consensus.POINTS` points of each.
+        They are told by their `codes`, and by `consensus.POINTS` points of each; strangers are
+        templates that the network was not trained with.
         """
         device = self.heads.offsets.weight.device
-        self.template_codes = codes.to(device)
+        self.template_codes, self.strangers = codes.to(device), strangers
         matrix, control_points, self._template_degrees = templates
         self._template_matrix = matrix.to(device)
         self._template_control_points = control_points.to(device)
@@ -279,7 +284,7 @@ class TemplateFfdNetwork(nn.Module):
         found = None if self.viewpoint is None else self.viewpoint(hidden).float()
         if templates is not None:
             views = None if mask is None else self._views(found, logits)
-            logits = consensus_logits(logits, offsets, templates, mask, views)
+            logits = consensus_logits(logits, offsets, templates, mask, views, self.strangers)
         probs = logits.softmax(dim=1)
         weights = (1 - self.min_weight) * probs + self.min_weight / probs.shape[1]
         return FfdPrediction(probs, weights, offsets, logits, found)

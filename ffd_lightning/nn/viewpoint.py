@@ -80,8 +80,9 @@ def viewpoint_loss(
 
 
 def likely_views(found: Float[Tensor, "q bins"]) -> Views:
-    """Return a camera for each azimuth, all of an image at its elevation."""
-    azimuth = torch.arange(_BINS, device=found.device) * (2 * torch.pi / _BINS)
+    """Return a camera for every 30 degrees of azimuth, all of an image at its elevation."""
+    probs = found[:, :_BINS].softmax(1).roll(1, 1).unflatten(1, (-1, 3)).sum(2)
+    azimuth = torch.arange(probs.shape[1], device=found.device) * (6 * torch.pi / _BINS)
     elevation = torch.deg2rad(found[:, _BINS:] * _ELEVATION_SCALE)
     azimuth, elevation = torch.broadcast_tensors(azimuth, elevation)
     sin, cos, level = azimuth.sin(), azimuth.cos(), elevation.cos()
@@ -89,7 +90,7 @@ def likely_views(found: Float[Tensor, "q bins"]) -> Views:
     toward = torch.stack([sin * level, elevation.sin(), -cos * level], dim=-1)
     axes = torch.stack([right, torch.linalg.cross(toward, right), -toward], dim=-2)
     shift = axes.new_tensor([[0], [0], [_DISTANCE]]).expand(*axes.shape[:-1], 1)
-    return Views(found[:, :_BINS].softmax(1), torch.cat([axes, shift], dim=-1))
+    return Views(probs, torch.cat([axes, shift], dim=-1))
 
 
 def viewpoints(found: Float[Tensor, " bins"], count: int = 2) -> list[Viewpoint]:

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 import torch
 
 from ffd_lightning.geometry.ffd import Lattice, TemplateSample, deformation_matrix
@@ -13,7 +14,8 @@ def sample(*clouds):
     return TemplateSample(matrix, torch.stack([x.control_points() for x in lattices]), (1, 1, 1))
 
 
-def test_a_lonely_shape_is_selected_less_than_one_of_many_alike():
+@pytest.mark.parametrize(("strangers", "exponent"), [(False, 1.0), (True, 0.3)])
+def test_a_lonely_shape_is_selected_less_than_one_of_many_alike(strangers, exponent):
     """Expected distances by hand: three points 0.1 away, and one 0.5 away from all of those."""
     torch.manual_seed(0)
     cloud = torch.rand(64, 3)
@@ -21,13 +23,13 @@ def test_a_lonely_shape_is_selected_less_than_one_of_many_alike():
     offsets = torch.zeros(1, 4, 8, 3)
     offsets[0, 3, :, 1] = 10.0  # so far that every nearest neighbour is at about the same distance
     logits = torch.tensor([[0.0, 0.1, 0.2, 0.5]])
-    found = consensus_logits(logits, offsets, bank)
+    found = consensus_logits(logits, offsets, bank, strangers=strangers)
     assert found.argmax() == 2
     probs = logits.softmax(1)[0]
     moved = cloud + torch.tensor([0, 10.0, 0])
     squared = torch.cdist(cloud, moved).square()
     apart = 1000 * (squared.amin(0).mean() + squared.amin(1).mean())
-    votes = (0.3 * logits).softmax(1)[0]
+    votes = (exponent * logits).softmax(1)[0]
     expected = probs.log() - apart * torch.stack([*[votes[3]] * 3, votes[:3].sum()])
     torch.testing.assert_close(found[0], expected, rtol=1e-3, atol=0)
 
