@@ -209,6 +209,15 @@ def by_category(
     return _of_categories(table, measure, [*map(regime_title, only), *references.values()])
 
 
+def best_in(name: str, only: Sequence[str], regime: str, measure: str) -> str:
+    """Say in how many categories a regime is the best of several, and in which it is not."""
+    runs = per_run(study(name).where(regime=only))
+    table = runs.pivot_table(measure, "category", "regime", sort=False)
+    best = table.idxmax(axis=1) if _COLUMNS[measure][0].endswith("↑") else table.idxmin(axis=1)
+    others = sorted(best.index[best != regime])
+    return f"{len(best) - len(others)} of {len(best)} categories (all but {', '.join(others)})"
+
+
 def categories_of(studies: Mapping[str, str], regime: str, measure: str) -> str:
     """Return a table of a measure of one regime: a row per category, a column per study."""
     parts = {label: per_run(study(name).where(regime=regime)) for label, name in studies.items()}
@@ -607,7 +616,7 @@ def environment() -> Environment:
 
 
 _FUNCTIONS: tuple[Callable[..., str], ...] = (
-    *(setup, scores, versions, seeds_of, by_category, categories_of, course),
+    *(setup, scores, versions, seeds_of, by_category, best_in, categories_of, course),
     *(changes, change, changes_in, changes_by_category, counts, versus, against),
     *(verdicts, words, claim, stability, same_template, right_category),
     *(budgets, budgets_of, budgets_mean, labels, figure, differ, beside_retrieval),

@@ -23,7 +23,7 @@ import pandas as pd
 
 from ffd_lightning.run_folder import RunFolder
 
-COUNTS, SEEDS = (5, 10, 40), (0, 1, 2)
+COUNTS, SEEDS = (5, 10, 20, 40), (0, 1, 2)
 STEPS = 200
 CURVES = {
     "chamfer": "the network as it is",

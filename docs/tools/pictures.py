@@ -35,7 +35,10 @@ SHORT = ("schedule=quick", "schedule.steps=300", "schedule.annealing_steps=30")
 SWEEPS = {
     "demo": ("train", "-m", f"regime={','.join(REGIMES)}", "category=table", "name=demo"),
     "categories": ("sweep", "categories", f"category={','.join(SHOWN)}"),
-    "paper_table": ("sweep", "paper_table", f"regime={','.join(REGIMES)}", *SHORT),
+    "paper_table": (
+        *("sweep", "paper_table", f"regime={','.join(REGIMES)}", *SHORT),
+        "encoder.weights=neutral.weights.h5",  # of neutral_encoder.py
+    ),
     "real": (
         *("train", "-m", "name=real", "data=folder", "data.root=meshes", "data.yaw=180"),
         *("data.render.azimuths=[45,90,135,180,225,270,315,0]", "split.train_fraction=0.6"),
