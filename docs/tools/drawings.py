@@ -11,10 +11,12 @@ from PIL import Image
 
 from ffd_lightning.analysis.figures.examples import Example, reconstruct
 from ffd_lightning.app.open_run import open_run
-from ffd_lightning.evaluation.figures import reconstruction_row
+from ffd_lightning.evaluation.figures import View, reconstruction_row
 from ffd_lightning.geometry.mesh import Mesh, normalize
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import grid, joined, write
 from ffd_lightning.imaging.rendering import render
+from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.palette import regime_title
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.shapes import build
@@ -77,6 +79,18 @@ def by_category(runs: dict[str, Path], count: int = 3, width: int = 120) -> Imag
         for part in (rows[:half], rows[half:])
     )
     return joined([left, Image.new("RGB", (_GAP, 1), "white"), right], across=True)
+
+
+def photographs(folder: Path, height: int = 150, width: int = 200) -> Image.Image:
+    """Draw photographs, the templates that the package's model selects, and what become of them."""
+    predictor, cells = Predictor.load(), []
+    for file in sorted(folder.glob("*.png")):
+        found = predictor.predict(file)
+        meshes = [found.bank.meshes[found.index], found.colored("photo")]
+        view = View(found.camera or Camera(), height, width)
+        cells += reconstruction_row(found.photo.image, meshes, view)
+    headings = 2 * ["photograph", "template", "deformed"]
+    return grid(cells, len(headings), headings=headings, font_size=_FONT)
 
 
 def deforming(runs: dict[str, Path], file: Path, width: int = 150) -> None:

@@ -156,6 +156,10 @@ def _pictures() -> dict[str, tuple[str | None, Make]]:
         "deforming.gif": ("categories", _deforming),
         "findings/categories.jpg": ("paper_table", _drawing("overview", every, 1, 120)),
         "findings/real.jpg": ("real", _drawing("overview", real, 3, 120)),
+        "photographs.jpg": (
+            None,
+            _drawing("photographs", lambda _: ROOT / "examples" / "photos"),
+        ),
         "scaling.png": (None, _scaling),
     }
     found |= {f"figures/{name}.png": ("demo", _figure) for name in FIGURES}

@@ -209,9 +209,9 @@ def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str
 
 
 def config_folder(name: str = "conf") -> Path:
-    """Return the folder of configurations, or of studies: `conf`, `sweeps`.
+    """Return the folder of configurations, of studies or others: `conf`, `sweeps`.
 
-    In a checkout it is at the top, in an installed package inside of it.
+    In a checkout it is at the top, in an installed package, which has these two, inside of it.
     """
     inside = _PACKAGE / name
     return inside if inside.is_dir() else _PACKAGE.parent / name

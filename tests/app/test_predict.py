@@ -221,6 +221,8 @@ def test_the_command_says_what_it_did(checkpoint, photos, tmp_path):
     assert "Traceback" not in done.stderr
     assert len(list((tmp_path / "out").glob("*/prediction.json"))) == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "out"]
+    alone = run_command("predict", f"run={checkpoint}", "preview=false", cwd=tmp_path / "in")
+    assert "4 of 4 photographs done" in alone.stdout
 
 
 def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, tmp_path):

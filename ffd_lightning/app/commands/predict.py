@@ -1,5 +1,6 @@
 """Reconstruct what photographs show.
 
+    ffd predict                                     photographs that come with a checkout
     ffd predict image=photo.png                     by the model that comes with this
     ffd predict image=photo.png category=chair      what it shows need not be guessed
     ffd predict run=runs/demo/table/r/t16/seed0 image=photos out=predictions
@@ -29,8 +30,9 @@ from pathlib import Path
 from typing import Any
 
 from ffd_lightning.app.config import TemplateSettings
+from ffd_lightning.app.configuration import config_folder
 from ffd_lightning.app.own_templates import named_templates
-from ffd_lightning.components import MISSING, NotNegative, Positive
+from ffd_lightning.components import NotNegative, Positive
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder, read_json
 from ffd_lightning.imaging.framing import Background, Box
@@ -49,6 +51,8 @@ from ffd_lightning.parallel import available_cores, in_threads
 from ffd_lightning.progress import CountProgress
 
 MAIN = "image"
+_PHOTOS = config_folder("examples/photos")
+ALONE = _PHOTOS.is_dir()  # only in a checkout
 FORMAT_VERSION = 6
 """Goes up when the same photograph and settings give other files."""
 
@@ -73,7 +77,8 @@ class Settings(TemplateSettings):
 
     Attributes:
         run: a run folder or a checkpoint file; null for the model that comes with the package.
-        image: a file, a folder, a pattern such as `photos/*.png`, or a list of those.
+        image: a file, a folder, a pattern such as `photos/*.png`, or a list of those; null for
+            examples/photos.
         category: what all of them show, one that the model was trained on; null lets it guess.
         out: each image has a folder below it.
         mask: a file, or for several images a folder of masks with the images' names.
@@ -99,7 +104,7 @@ class Settings(TemplateSettings):
     """
 
     run: str | None = None
-    image: list[str] = MISSING
+    image: list[str] | None = None
     category: str | None = None
     out: str = "predictions"
     mask: str | None = None
@@ -161,7 +166,9 @@ def predict_files(settings: Settings) -> list[Outcome]:
     photograph, checkpoint and settings, is not made again.
     """
     out = Path(settings.out).expanduser()
-    jobs = find_jobs(settings.image, settings.mask, out)
+    if settings.image is None and not ALONE:
+        raise ConfigError("image= names no photograph: give a file, a folder or a pattern")
+    jobs = find_jobs(settings.image or [str(_PHOTOS)], settings.mask, out)
     if settings.box is not None and (settings.mask is not None or len(jobs) > 1):
         raise ConfigError("box= is of one photograph, and takes the place of mask=: give one each")
     if settings.together:
