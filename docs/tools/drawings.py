@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import random
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +18,9 @@ from ffd_lightning.geometry.mesh import Mesh, normalize
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import grid, joined, write
 from ffd_lightning.imaging.rendering import render
+from ffd_lightning.inference.own_templates import of_prepared
 from ffd_lightning.inference.predictor import Predictor
+from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.palette import regime_title
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.shapes import build
@@ -83,13 +87,30 @@ def by_category(runs: dict[str, Path], count: int = 3, width: int = 120) -> Imag
 
 def photographs(folder: Path, height: int = 150, width: int = 200) -> Image.Image:
     """Draw photographs, the templates that the package's model selects, and what become of them."""
-    predictor, cells = Predictor.load(), []
-    for file in sorted(folder.glob("*.png")):
-        found = predictor.predict(file)
-        meshes = [found.bank.meshes[found.index], found.colored("photo")]
-        view = View(found.camera or Camera(), height, width)
-        cells += reconstruction_row(found.photo.image, meshes, view)
-    headings = 2 * ["photograph", "template", "deformed"]
+    predictor = Predictor.load()
+    found = [predictor.predict(file) for file in sorted(folder.glob("*.png"))]
+    return _predictions(found, "photograph", View(Camera(), height, width))
+
+
+def own_templates(runs: Sequence[Path], count: int = 3) -> Image.Image:
+    """Draw some of the shapes of each run at random, and what its others become as templates."""
+    predictor, found = Predictor.load(), []
+    for folder in runs:
+        prepared = open_run(RunFolder(folder)).data.prepared
+        some = random.Random(0).sample(prepared.ids, count)
+        own = of_prepared(predictor.model, prepared, [i for i in prepared.ids if i not in some])
+        told = predictor.told(own)
+        found += [told.predict(prepared.image(prepared.index(i), 0)) for i in some]
+    return _predictions(found, "image", View(Camera(), 120, 160))
+
+
+def _predictions(found: Sequence[Reconstruction], seen: str, view: View) -> Image.Image:
+    cells = []
+    for one in found:
+        meshes = [one.bank.meshes[one.index], one.colored("photo")]
+        own = replace(view, camera=one.camera or view.camera)
+        cells += reconstruction_row(one.photo.image, meshes, own)
+    headings = 2 * [seen, "template", "deformed"]
     return grid(cells, len(headings), headings=headings, font_size=_FONT)
 
 

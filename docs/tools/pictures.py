@@ -102,6 +102,10 @@ def _posterior(place: Place) -> dict[str, Path]:
     return {c: place.run("categories", c, "posterior") for c in SHOWN}
 
 
+def _real(place: Place) -> list[Path]:
+    return [place.run("real", category, "posterior") for category in ("chair", "table")]
+
+
 def _deforming(place: Place, file: Path) -> None:
     from drawings import deforming
 
@@ -156,6 +160,7 @@ def _pictures() -> dict[str, tuple[str | None, Make]]:
         "deforming.gif": ("categories", _deforming),
         "findings/categories.jpg": ("paper_table", _drawing("overview", every, 1, 120)),
         "findings/real.jpg": ("real", _drawing("overview", real, 3, 120)),
+        "own-meshes.jpg": ("real", _drawing("own_templates", _real)),
         "photographs.jpg": (
             None,
             _drawing("photographs", lambda _: ROOT / "examples" / "photos"),
