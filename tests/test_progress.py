@@ -15,6 +15,16 @@ def clock(monkeypatch):
     return now
 
 
+def test_a_line_says_how_far_how_fast_and_how_long(clock, capsys):
+    with CountProgress("training", 20, 0, True, unit="steps") as bar:
+        for number in range(20):
+            clock[0] += 2
+            bar.advance(1, lambda number=number: f"at {number}")
+    found = capsys.readouterr().err.splitlines()
+    assert found[0] == "  training: 6 of 20 steps, 0.5/s, at 5, about 28 s left"
+    assert [line.split()[1] for line in found] == ["6", "12", "18"], "not within ten seconds"
+
+
 def test_on_a_terminal_a_bar_reads_its_note_about_once_a_second(clock, monkeypatch):
     class Terminal(io.StringIO):
         def isatty(self):

@@ -33,10 +33,8 @@ def measure(base: Predictor, prepared: PreparedSet, views: list[int]) -> pd.Data
     """Return a row per shape, view and number of templates."""
     told = base.told(of_prepared(base.model, prepared, prepared.ids))
     bank, network = told.model.bank.lighter(_POINTS), told.model.network
-    codes, (matrix, control_points, degrees) = (
-        network.template_codes,
-        told.model.bank.sample(consensus.POINTS),
-    )
+    codes = network.template_codes
+    matrix, control_points, degrees = told.model.bank.sample(consensus.POINTS)
     rows = []
     with CountProgress(prepared.category(0), len(prepared), 0, True) as progress:
         for row, shape in enumerate(prepared.ids):

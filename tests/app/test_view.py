@@ -36,4 +36,4 @@ def test_other_templates_are_shown(conditioned_checkpoint, tmp_path):
     trimesh.creation.box((1, 2, 3)).export(tmp_path / "meshes" / "box.ply")
     settings = ["data_root=" + str(tmp_path / "data"), f"templates={tmp_path / 'meshes'}"]
     run = f"run={conditioned_checkpoint}"
-    assert "1 template" in open_shared(read_settings(Settings, [run, *settings], MAIN)).heading
+    assert "1 template," in open_shared(read_settings(Settings, [run, *settings], MAIN)).heading
