@@ -23,6 +23,7 @@ from jaxtyping import Float, UInt8
 from torch import Tensor, nn
 
 from ffd_lightning.components import OWN, Component
+from ffd_lightning.data.categories import ANY, members
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -62,42 +63,51 @@ class TrainedModel:
     def template_categories(self) -> tuple[str, ...]:
         """The category of each of the T templates: `<category>/<id>` where there are several.
 
-        Templates that the network was not trained with may be of none of its categories. They are
-        of one group then.
+        Templates of which that is not known are of `ANY`.
         """
         if len(self.categories) == 1:
             return self.categories * len(self.bank)
-        own = tuple(shape_id.partition("/")[0] for shape_id in self.bank.ids)
-        return own if set(own) <= set(self.categories) else ("any",) * len(self.bank)
+        own = (shape_id.partition("/")[0] for shape_id in self.bank.ids)
+        return tuple(name if name in self.categories else ANY for name in own)
 
     def with_templates(
-        self, bank: TemplateBank, pictures: Iterable[UInt8[np.ndarray, "views height width c"]]
+        self,
+        bank: TemplateBank,
+        pictures: Iterable[UInt8[np.ndarray, "views height width c"]],
+        beside: bool = False,
     ) -> TrainedModel:
         """Return the same network with other templates, which conditioned heads are told.
 
         Args:
             bank: the templates.
             pictures: of each, as `render` says, (views, H, W, 3 or 4) uint8; views are averaged.
+            beside: the network's own templates stay, but for those of the same ids.
 
         Raises:
             ConfigError: the heads know no other templates than those of their training; or the
                 templates have lattices of other degrees.
         """
         self.check_conditioned()
-        if bank.degrees != self.bank.degrees:
-            raise ConfigError(f"templates of degrees {bank.degrees}: use {self.bank.degrees}")
-        return self.with_codes(bank, self.network.codes(bank.points, pictures))
+        return self.with_codes(bank, self.network.codes(bank.points, pictures), beside)
 
     def with_codes(
-        self, bank: TemplateBank, codes: Float[Tensor, "templates code"]
+        self, bank: TemplateBank, codes: Float[Tensor, "templates code"], beside: bool = False
     ) -> TrainedModel:
         """Return the same as `with_templates`, of which the network's `codes` are known.
 
         Raises:
-            ValueError: they are of another number of templates.
+            ConfigError: the templates have lattices of other degrees.
+            ValueError: the codes are of another number of templates.
         """
+        if bank.degrees != self.bank.degrees:
+            raise ConfigError(f"templates of degrees {bank.degrees}: use {self.bank.degrees}")
         if len(codes) != len(bank):
             raise ValueError(f"{len(codes)} codes of {len(bank)} templates")
+        if beside:
+            kept = [k for k, name in enumerate(self.bank.ids) if name not in bank.ids]
+            own = self.network.template_codes[kept]
+            codes = torch.cat([own, codes.to(own)])
+            bank = self.bank.joined(kept, bank)
         network = copy.deepcopy(self.network)
         network.use_templates(codes, bank.sample(consensus.POINTS), strangers=True)
         return replace(self, network=network, bank=bank)
@@ -115,7 +125,7 @@ class TrainedModel:
             )
 
     def templates_of(self, category: str) -> tuple[int, ...]:
-        """Return the indices of a category's templates.
+        """Return the indices of a category's templates, and of those of `ANY`.
 
         Raises:
             ConfigError: the model does not know the category, or has no templates of it.
@@ -123,13 +133,13 @@ class TrainedModel:
         if category not in {*self.categories, *self.template_categories}:
             known = ", ".join(self.categories)
             raise ConfigError(f"category={category}: the model was trained on {known}")
-        found = tuple(t for t, own in enumerate(self.template_categories) if own == category)
-        if not found:
+        categories = self.template_categories
+        if category not in categories:
             raise ConfigError(
                 f"category={category}: none of these templates is known to be of it; leave "
                 "category= out"
             )
-        return found
+        return members(categories, category)
 
 
 def model_entry(

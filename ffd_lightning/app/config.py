@@ -392,7 +392,7 @@ class TrainConfig(PrepareConfig):
 
 @dataclass(kw_only=True)
 class TemplateSettings:
-    """Which meshes take the place of a network's own templates.
+    """Which meshes are templates, in place of a network's own or beside them.
 
     Attributes:
         templates: meshes to take as templates in place of the network's own: a folder, files, a
@@ -400,11 +400,13 @@ class TemplateSettings:
             with the package.
         up: the axis of those meshes that points up.
         yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
+        beside: the network's own templates stay beside them.
     """
 
     templates: list[str] | None = None
     up: Up = "y"
     yaw: float = 0.0
+    beside: bool = False
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""The settings `templates=`, `up=` and `yaw=` of several commands."""
+"""The settings `templates=`, `up=`, `yaw=` and `beside=` of several commands."""
 
 from __future__ import annotations
 
@@ -16,11 +16,14 @@ def named_templates(
     """Return the templates that settings name, prepared below `root`; None for the model's own.
 
     Raises:
-        ConfigError, DataError: see `of_files`; or meshes are to be turned, and none are named.
+        ConfigError, DataError: see `of_files`; or a setting says how meshes are taken, and none
+            are named.
     """
     up, yaw = settings.up, settings.yaw
     if settings.templates is not None:
         return of_files(model, settings.templates, up=up, yaw=yaw, root=root, progress=progress)
-    if (up, yaw) != ("y", 0.0):
-        raise ConfigError("up= and yaw= turn the meshes that templates= names: there are none")
+    if (up, yaw, settings.beside) != ("y", 0.0, False):
+        raise ConfigError(
+            "up=, yaw= and beside= are of meshes that templates= names: there are none"
+        )
     return None

@@ -26,12 +26,26 @@ PAPER_CATEGORIES: dict[str, str] = {
 SYNSETS: dict[str, str] = PAPER_CATEGORIES | {"rifle": "04090263", "telephone": "04401088"}
 """The paper's, and the two that 3D-R2N2 and others have for its firearms and cellphones."""
 
+ANY = "any"
+"""Stands for the category of a template that may be of any."""
+
 _NAMES = {synset: name for name, synset in SYNSETS.items()}
 
 
 def name_of(synset: str) -> str:
     """Return the project's name of a synset; what has none, as it is."""
     return _NAMES.get(synset, synset)
+
+
+def members(categories: Iterable[str], category: str) -> tuple[int, ...]:
+    """Return which of some templates a category selects from: its own, and those of `ANY`.
+
+    >>> members(["chair", "table", "any"], "chair")
+    (0, 2)
+    >>> members(["chair", "table", "any"], "any")
+    (0, 1, 2)
+    """
+    return tuple(k for k, own in enumerate(categories) if ANY in (own, category) or own == category)
 
 
 def listed(synsets: Iterable[str]) -> str:

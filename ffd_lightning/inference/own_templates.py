@@ -36,6 +36,7 @@ from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.pose import better_turn
 from ffd_lightning.progress import CountProgress
+from ffd_lightning.terminal import counted
 
 AnyMesh = Mesh | trimesh.Trimesh | trimesh.Scene
 Places = str | Path | Sequence[str | Path]
@@ -97,6 +98,10 @@ def of_files(
     new = progress and not all(preparation.target.exists() for preparation in preparations)
     prepared = PreparedSet.join([preparation.run() for preparation in preparations])
     own = of_prepared(model, prepared, prepared.ids)
+    category, *others = found
+    if not others and len(model.categories) > 1 and category in model.categories:
+        ids = tuple(f"{category}/{i}" for i in own.bank.ids)  # as sets of several categories have
+        own = replace(own, bank=replace(own.bank, ids=ids))
     if not new:  # else the preparation has said it
         _warn_of_rejected(prepared.rejected)
     sheets = [str(sheet) for path in prepared.paths if (sheet := sheet_of(path)).is_file()]
@@ -155,13 +160,16 @@ def of_meshes(
     return OwnTemplates(bank, pictures, bank_digest(bank))
 
 
-def tell(model: TrainedModel, own: OwnTemplates, progress: bool = True) -> TrainedModel:
+def tell(
+    model: TrainedModel, own: OwnTemplates, progress: bool = True, beside: bool = False
+) -> TrainedModel:
     """Return the same network with other templates.
 
     Args:
         model: what is told.
         own: the templates, for this model; once.
         progress: show on stderr how far it is.
+        beside: the model's templates stay, see `TrainedModel.with_templates`.
 
     Raises:
         ConfigError: the network knows the templates of its training only.
@@ -172,7 +180,7 @@ def tell(model: TrainedModel, own: OwnTemplates, progress: bool = True) -> Train
         with suppress(OSError, ValueError, EOFError, LookupError, zipfile.BadZipFile):
             with np.load(file) as kept:
                 codes, boxes = (torch.from_numpy(kept[name]) for name in ("codes", "boxes"))
-            return model.with_codes(replace(own.bank, boxes=boxes), codes)
+            return model.with_codes(replace(own.bank, boxes=boxes), codes, beside)
     with CountProgress("looking at templates", len(own.bank), 0, progress) as bar:
 
         def seen() -> Iterator[NDArray[np.uint8]]:
@@ -180,14 +188,15 @@ def tell(model: TrainedModel, own: OwnTemplates, progress: bool = True) -> Train
                 yield picture
                 bar.advance()
 
-        told = model.with_templates(own.bank, seen())
+        model.check_conditioned()
+        codes = model.network.codes(own.bank.points, seen())
     if file is not None:
         content = io.BytesIO()
-        boxes = torch.stack([torch.stack([b.origin, b.size]) for b in told.bank.lattices])
-        np.savez(content, codes=told.network.template_codes.cpu().numpy(), boxes=boxes.numpy())
+        boxes = torch.stack([torch.stack([b.origin, b.size]) for b in own.bank.lattices])
+        np.savez(content, codes=codes.cpu().numpy(), boxes=boxes.numpy())
         with suppress(OSError):  # of a folder that cannot be written to
             write_bytes_atomic(file, content.getvalue())
-    return told
+    return model.with_codes(own.bank, codes, beside)
 
 
 def check_apart(places: Places, **written: str | Path) -> None:
@@ -266,7 +275,7 @@ def _warn(text: str) -> None:
 def _warn_of_rejected(rejected: Mapping[str, str]) -> None:
     """Say which meshes cannot be used."""
     if rejected:
-        _warn(f"{len(rejected)} meshes cannot be used as templates: {_some(rejected)}")
+        _warn(f"{counted(len(rejected), 'template')} cannot be used: {_some(rejected)}")
 
 
 def _warn_of_turn(

@@ -75,6 +75,7 @@ class Predictor:
         *,
         up: Up = "y",
         yaw: float = 0.0,
+        beside: bool = False,
         root: str | Path = "data",
         progress: bool = True,
     ) -> Predictor:
@@ -87,6 +88,7 @@ class Predictor:
             templates: folders, files or patterns, see `own_templates.of_files`; or meshes by id.
             up: the axis of the meshes that points up.
             yaw: degrees about the vertical, anticlockwise from above, until they face -z.
+            beside: the network's own templates stay, but for those of the same ids.
             root: prepared files are kept in `root/prepared`.
             progress: show on stderr how far the preparation is.
 
@@ -98,11 +100,11 @@ class Predictor:
             own = of_meshes(self.model, templates, up=up, yaw=yaw)
         else:
             own = of_files(self.model, templates, up=up, yaw=yaw, root=root, progress=progress)
-        return self.told(own, progress)
+        return self.told(own, progress, beside)
 
-    def told(self, own: OwnTemplates, progress: bool = True) -> Predictor:
-        """Return a predictor by the same network with templates of `own_templates`."""
-        return Predictor(tell(self.model, own, progress), str(self.device))
+    def told(self, own: OwnTemplates, progress: bool = True, beside: bool = False) -> Predictor:
+        """Return a predictor by the same network with templates of `own_templates`; see `tell`."""
+        return Predictor(tell(self.model, own, progress, beside), str(self.device))
 
     def frame(
         self,

@@ -10,6 +10,7 @@ import torch
 import trimesh
 from numpy.typing import NDArray
 
+from ffd_lightning.data.categories import ANY, members
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.sampling import sample_surface
@@ -70,9 +71,9 @@ class Reconstruction:
 
     @property
     def ranking(self) -> NDArray[np.int64]:
-        """The category's templates by weight, the greatest first: indices."""
-        order = np.argsort(-self.weights, kind="stable")
-        return order[np.array(self.categories)[order] == self.category]
+        """The category's templates, and those of `ANY`, by weight, the greatest first: indices."""
+        own = np.array(members(self.categories, self.category))
+        return own[np.argsort(-self.weights[own], kind="stable")]
 
     @property
     def category_weights(self) -> dict[str, float]:
@@ -93,7 +94,7 @@ class Reconstruction:
                 "and colours taken from the photograph, may be wrong",
             )
         own = weights.pop(self.category)
-        if own >= 0.5:
+        if self.category == ANY or own + weights.pop(ANY, 0.0) >= 0.5:
             return found
         name, other = next(iter(weights.items()))
         doubt = (

@@ -181,9 +181,9 @@ def test_other_templates(tmp_path):
     evaluate(run)
     before, test = samples(run), data.split.test
 
-    def scored(templates):
+    def scored(templates, **how):
         there = set(run.evaluation(FEW).iterdir())
-        summary, _ = evaluate_run(replace(config(run), templates=[str(templates)]))
+        summary, _ = evaluate_run(replace(config(run), templates=[str(templates)], **how))
         (folder,) = set(run.evaluation(FEW).iterdir()) - there
         rows = list(csv.DictReader((folder / "samples.csv").read_text().splitlines()))
         assert summary["num_samples"] == len(rows)
@@ -196,6 +196,9 @@ def test_other_templates(tmp_path):
     for name, shape in (("a", test[0]), ("b", data.split.train[0])):
         shutil.copy(root / f"{shape}.off", meshes / f"{name}.off")
     assert scored(meshes) == (set(test[1:]), {"a", "b"})
+    assert scored(meshes, beside=True) == (set(test[1:]), {"a", "b", *data.bank.ids})
+    with pytest.raises(ConfigError, match="beside= out"):
+        scored("train", beside=True)
     with pytest.raises(ConfigError, match="among the templates"):
         scored(root)
     assert samples(run) == before

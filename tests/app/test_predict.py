@@ -271,6 +271,8 @@ def test_meshes_of_ones_own_are_templates(
     assert record["weights"].keys() == {"low", "tall"}
     assert record["templates"] == [str(meshes)]
     assert not made(own)
+    assert made(replace(own, beside=True))
+    assert len(json.loads(file.read_text())["weights"]) > 2
     assert made(replace(own, yaw=90.0))
     trimesh.creation.box((1, 1, 1)).export(meshes / "low.ply")
     assert made(own)
@@ -279,6 +281,7 @@ def test_meshes_of_ones_own_are_templates(
         (replace(own, run=str(checkpoint)), "heads=conditioned"),
         (replace(own, top_k=3), "2 templates"),
         (replace(own, templates=None, yaw=90.0), "templates="),
+        (replace(own, templates=None, beside=True), "templates="),
     ):
         with pytest.raises(ConfigError, match=words):
             predict_files(settings)

@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 import trimesh
 from PIL import Image
 
@@ -12,7 +13,7 @@ from ffd_lightning.data.preparation import preparation
 from ffd_lightning.data.reading.orientation import turn
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.inference.own_templates import of_files, of_meshes, tell
 from ffd_lightning.inference.pose import better_turn
 from ffd_lightning.inference.predictor import Predictor
@@ -152,18 +153,73 @@ def test_mistakes_are_named(model, folder, tmp_path, checkpoint):
     assert not (tmp_path / "other").exists()
 
 
-def test_templates_of_several_categories_are_one_group_unless_their_ids_say_more(joint_checkpoint):
+def test_own_meshes_beside_the_network_s_own(model, prepared, folder, tmp_path):
+    where = {"root": tmp_path / "data", "progress": False}
+    network = Predictor(model)
+    told, both = (network.with_templates(folder, beside=b, **where) for b in (False, True))
+    bank, image = both.model.bank, prepared.image(0)
+    assert bank.ids == (*model.bank.ids, *told.model.bank.ids)
+    first, alone, found = (p.predict(image) for p in (network, told, both))
+    offsets = np.concatenate([first.offsets, alone.offsets])
+    np.testing.assert_allclose(found.offsets, offsets, atol=1e-6)
+    for k in (0, len(bank) - 1):
+        lone = (first, alone)[k > 0].bank
+        row = k if k == 0 else len(lone) - 1
+        assert np.array_equal(bank.deformation_matrix[k], lone.deformation_matrix[row])
+        assert np.array_equal(bank.subdivided(k)[0].vertices, lone.subdivided(row)[0].vertices)
+    again = both.with_templates(folder, beside=True, **where).model
+    assert again.bank.ids == bank.ids, "one template of each id"
+    assert torch.equal(again.network.template_codes, both.model.network.template_codes)
+
+
+def test_parts_of_joined_banks_keep_their_names():
+    def bank(name, parts):
+        mesh = box((1, 1, 1))
+        labels = np.arange(len(mesh.faces)).astype(np.uint8) % 2
+        colors = np.full((len(mesh.faces), 4), 255, np.uint8)
+        labelled = Mesh(mesh.vertices, mesh.faces, colors, labels if parts else None, parts)
+        return TemplateBank.of_meshes({name: labelled}, 64)
+
+    first, other, plain = bank("a", ("leg", "top")), bank("b", ("top", "arm")), bank("c", ())
+    both = first.joined([0], other).joined([1, 0], plain)
+    assert (both.ids, both.part_names) == (("b", "a", "c"), ("leg", "top", "arm"))
+    for k, alone in enumerate((other, first)):
+        names = np.array(both.part_names)[both.point_parts[k]]
+        assert np.array_equal(names, np.array(alone.part_names)[alone.point_parts[0]])
+        mesh, was = both.meshes[k], alone.meshes[0]
+        faces = np.array(mesh.part_names)[mesh.face_parts]
+        assert np.array_equal(faces, np.array(was.part_names)[was.face_parts])
+    assert set(both.point_parts[2]) == {UNKNOWN_PART}
+    assert both.meshes[2].face_parts is None
+    assert TemplateBank.from_state(both.state()).ids == both.ids
+
+
+def test_templates_of_no_known_category_are_of_any(joint_checkpoint):
     model = load_model(joint_checkpoint)
 
     def named(*names):
         bank = TemplateBank.of_meshes({name: shapes.build("table", 0)[0] for name in names}, 8)
         return replace(model, bank=bank)
 
-    known, others = named("sofa/a", "table/b", "sofa/c"), named("sofa/a", "table/b", "c")
-    assert known.templates_of("sofa") == (0, 2)
-    assert len(set(others.template_categories)) == 1
+    some, none = named("sofa/a", "table/b", "c"), named("a", "b")
+    assert some.templates_of("sofa") == (0, 2)
+    assert none.templates_of("any") == (0, 1)
     with pytest.raises(ConfigError, match="category=sofa: none of these templates"):
-        others.templates_of("sofa")
+        none.templates_of("sofa")
+
+
+def test_a_category_is_selected_from_with_templates_of_any(joint_checkpoint, prepared):
+    found = Predictor.load(joint_checkpoint).predict(prepared.image(0))
+    known = replace(
+        found,
+        categories=("sofa", "table", "any", "any"),
+        weights=np.float32([0.2, 0.3, 0.4, 0.1]),
+    )
+    assert known.of_category("table").ranking.tolist() == [2, 1, 3]
+    assert known.of_category("sofa").ranking.tolist() == [2, 0, 3]
+    assert known.of_category("any").ranking.tolist() == [2, 1, 0, 3]
+    doubts = {name: len(known.of_category(name).warnings) for name in ("sofa", "table", "any")}
+    assert doubts == dict.fromkeys(doubts, len(found.photo.warnings)), "0.7, 0.8 and all of it"
 
 
 def test_meshes_that_stand_wrongly_are_turned_as_they_need_it():

@@ -126,7 +126,8 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
         model, digest = own
         left = _without(subject.tested_on, model.bank.meshes)
         subject = replace(subject, network=model.network, bank=model.bank, tested_on=left)
-        subset = f"templates-{digest[:_DIGITS]}_{subset}".removesuffix("_test")
+        told = "beside" if cfg.beside else "templates"
+        subset = f"{told}-{digest[:_DIGITS]}_{subset}".removesuffix("_test")
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (
         run.checkpoint.is_file() and weights_digest(load_model(run.checkpoint).network) == weights
@@ -149,13 +150,18 @@ def _own_templates(
 
     model = load_model(checkpoint)
     if cfg.templates == ["train"]:
+        if (cfg.up, cfg.yaw, cfg.beside) != ("y", 0.0, False):
+            raise ConfigError(
+                "templates=train has the run's own templates, as they are: leave up=, yaw= and "
+                "beside= out"
+            )
         val = () if cfg.evaluation.subset == "val" else data.split.val
         own = of_prepared(model, data.prepared, sorted({*data.split.train, *data.bank.ids, *val}))
     elif (named := named_templates(cfg, model, data.root, cfg.progress_bar)) is None:
         return None
     else:
         own = named
-    return tell(model, own, cfg.progress_bar), own.digest
+    return tell(model, own, cfg.progress_bar, cfg.beside), own.digest
 
 
 def _without(shapes: Subset, meshes: Iterable[Mesh]) -> Subset:

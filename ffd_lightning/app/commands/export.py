@@ -9,7 +9,8 @@ run=model.ckpt takes it wherever a run or a checkpoint is taken, but for resumin
 usable without torch, with its templates in model.templates.npz: docs/inference.md says what is in
 both, and deforms a template with them. Before it is written, the graph is compared with torch in
 float64 on eight pictures of the templates. More than 1e-4 between weights or offsets is an error.
-With templates= either file holds these in place of the network's own, and needs no mesh files.
+With templates= either file holds these in place of the network's own, or, with beside=true, beside
+them, and needs no mesh files.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ def main(settings: Settings) -> int:
     checkpoint = checkpoint_of(settings.checkpoint or settings.run)
     model = load_model(checkpoint)
     if (own := named_templates(settings, model, settings.data_root)) is not None:
-        model = tell(model, own)
+        model = tell(model, own, beside=settings.beside)
     height, width = model.network.image_size
     if out.suffix == ".ckpt":
         write_packed(checkpoint, out, model)

@@ -53,7 +53,7 @@ from ffd_lightning.progress import CountProgress
 MAIN = "image"
 _PHOTOS = config_folder("examples/photos")
 ALONE = _PHOTOS.is_dir()  # only in a checkout
-FORMAT_VERSION = 6
+FORMAT_VERSION = 7
 """Goes up when the same photograph and settings give other files."""
 
 _SUFFIXES = frozenset(
@@ -180,7 +180,7 @@ def predict_files(settings: Settings) -> list[Outcome]:
     check_apart(settings.templates or (), out=out)
     own = named_templates(settings, predictor.model, settings.data_root, settings.progress_bar)
     if own is not None:
-        predictor = predictor.told(own, settings.progress_bar)
+        predictor = predictor.told(own, settings.progress_bar, settings.beside)
     model = predictor.model
     asked = model.template_categories if settings.category is None else (settings.category,)
     most, name = min((len(model.templates_of(name)), name) for name in set(asked))

@@ -78,7 +78,7 @@ def open_shared(settings: Settings) -> Shared:
     """Load a run, or a checkpoint alone, and the photograph to begin with."""
     predictor = Predictor.load(settings.checkpoint or settings.run, settings.device)
     own = named_templates(settings, predictor.model, settings.data_root or "data")
-    predictor = predictor if own is None else predictor.told(own)
+    predictor = predictor if own is None else predictor.told(own, beside=settings.beside)
     shapes, note = None, "A checkpoint alone: open a photo."
     path = None if settings.run is None else Path(settings.run).expanduser()
     if path is not None and path.is_dir():

@@ -45,6 +45,33 @@ class _PreparedMeshes(Sequence[Mesh]):
         return self._read[row]
 
 
+class _JoinedMeshes(Sequence[Mesh]):
+    """Meshes of two banks, their parts renamed; each is read when it is asked for."""
+
+    def __init__(self, origins: Sequence[tuple[TemplateBank, int]], names: tuple[str, ...]) -> None:
+        self._origins, self._names = origins, names
+
+    def __len__(self) -> int:
+        return len(self._origins)
+
+    def __getitem__(self, index: Any) -> Any:
+        bank, row = self._origins[index]
+        mesh = bank.meshes[row]
+        if mesh.face_parts is None:
+            return mesh
+        parts = _renamed(mesh.face_parts, bank.part_names, self._names)
+        return replace(mesh, face_parts=parts, part_names=self._names)
+
+
+def _renamed(
+    parts: NDArray[np.uint8], names: tuple[str, ...], among: tuple[str, ...]
+) -> NDArray[np.uint8]:
+    """Return indices into `among` of parts that are indices into `names`."""
+    table = np.full(256, UNKNOWN_PART, np.uint8)
+    table[: len(names)] = [among.index(name) for name in names]
+    return table[parts]
+
+
 @dataclass(eq=False)
 class TemplateBank:
     """T templates: clouds, meshes, parts, and their decomposition.
@@ -208,6 +235,32 @@ class TemplateBank:
             points=self.points[:, :num_points],
             point_parts=None if self.point_parts is None else self.point_parts[:, :num_points],
             max_edge=self.max_edge if max_edge is None else max_edge,
+        )
+
+    def joined(self, rows: Sequence[int], others: TemplateBank) -> TemplateBank:
+        """Return some of these templates, and all others after them.
+
+        Args:
+            rows: which of these, indices.
+            others: of the same degrees; with as many points, or all get the fewer.
+        """
+        names = tuple(dict.fromkeys([*self.part_names, *others.part_names]))
+        taken = [(self, k) for k in rows] + [(others, k) for k in range(len(others))]
+        count = min(self.points.shape[1], others.points.shape[1])
+        parts = np.full((len(taken), count), UNKNOWN_PART, np.uint8)
+        for own, (bank, k) in zip(parts, taken, strict=True):
+            if bank.point_parts is not None:
+                own[:] = _renamed(bank.point_parts[k, :count], bank.part_names, names)
+        lattices = [bank.lattices[k] for bank, k in taken]
+        return replace(
+            self,
+            ids=tuple(bank.ids[k] for bank, k in taken),
+            families=tuple(bank.families[k] for bank, k in taken),
+            points=torch.stack([bank.points[k, :count] for bank, k in taken]),
+            meshes=_JoinedMeshes(taken, names),
+            point_parts=parts if names else None,
+            part_names=names,
+            boxes=torch.stack([torch.stack([box.origin, box.size]) for box in lattices]),
         )
 
     def sample(self, num_points: int) -> TemplateSample:
