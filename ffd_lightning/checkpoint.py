@@ -22,7 +22,7 @@ import torch
 from jaxtyping import Float, UInt8
 from torch import Tensor, nn
 
-from ffd_lightning.components import OWN, Component
+from ffd_lightning.components import Component
 from ffd_lightning.data.categories import ANY, members
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
@@ -206,12 +206,11 @@ def load_model(checkpoint: Path) -> TrainedModel:
     content = state[_ENTRY]
     try:
         bank = TemplateBank.from_state(content["templates"])
-        old = content.get("appearance")  # of earlier checkpoints: more about the images
-        fill = float(content["object_fill"] if old is None else old["fill"])
+        fill = float(content["object_fill"])
         render = RenderSettings(**content["render"])
         categories, record = tuple(content["categories"]), dict(content["record"])
         sizes, encoder = dict(content["network"]), encoder_component(content)
-        sizes["heads"] = Component(**content["heads"]) if "heads" in content else None
+        sizes["heads"] = Component(**content["heads"])
         sizes["image_size"] = tuple(sizes["image_size"])
     except Exception as error:  # whatever a file of another version lacks
         reason = str(error).split("\n")[0]
@@ -248,17 +247,8 @@ def load_weights(module: nn.Module, state: Mapping[str, Any], part: str = "netwo
 
 
 def encoder_component(content: Mapping[str, Any]) -> Component | None:
-    """Return what the encoder of a checkpoint's `model` was made of, None if it was no component.
-
-    First weights are void: the checkpoint brings its own. Earlier versions kept them as settings.
-    """
-    named = content["encoder"]
-    if named is None:
-        return None
-    first = {"mobilenet": "weights", "timm": "pretrained"} if named["provider"] == OWN else {}
-    void = first.get(named["name"])
-    settings = {key: value for key, value in named["settings"].items() if key != void}
-    return Component(str(named["kind"]), str(named["name"]), settings, str(named["provider"]))
+    """Return what a checkpoint's encoder was made of, None if it was no component."""
+    return None if content["encoder"] is None else Component(**content["encoder"])
 
 
 def read_checkpoint(checkpoint: Path) -> dict[str, Any]:

@@ -54,9 +54,6 @@ RENAMED: dict[str, str] = {
 }
 """Settings of earlier versions, and what does the same now."""
 
-_ADDED = {"heads": {"name": "per_template"}}
-"""Groups that files of earlier versions lack, and what they meant."""
-
 
 # --- what signatures say --------------------------------------------------------------------------
 
@@ -125,7 +122,7 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
         if above:
             group = plain[above] = _mapping(above, plain.get(above))
         if where not in LISTS:
-            group[key] = choose(kind, group.get(key, _ADDED.get(where)), where, provided)
+            group[key] = choose(kind, group.get(key), where, provided)
             chosen.append(group[key])
             continue
         labelled = _mapping(where, group.get(key)).items()
