@@ -6,7 +6,8 @@ MESHES is a folder of chairs, say, that `docs/tools/furniture.py` has sorted; RU
 heads=conditioned on generated shapes; OUT a folder for what is trained. A third of the meshes is
 tested on. Of the others, so many as `COUNTS` says are one's own: they are the templates. RUN's
 network is scored as it is, and after 200 steps of training on the own meshes, with variants of
-them and without. It prints a table and draws `OUT/own-meshes.png`. The same command resumes.
+them and without; beside it the own mesh whose image is most alike to its encoder. It prints a table
+and draws `OUT/own-meshes.png`. The same command resumes.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ CURVES = {
     "chamfer": "the network as it is",
     "variants": f"trained for {STEPS} steps, with variants",
     "plain": f"trained for {STEPS} steps, without",
+    "feature_retrieval_chamfer": "the template of the most similar image, as it is",
     "best_undeformed_chamfer": "the nearest template as it is, an oracle",
 }
 _SHARE = 3  # one of so many is tested on
@@ -57,7 +59,7 @@ def main(meshes: Path, start: Path, out: Path) -> None:
         name = json.loads((run.path / "data.json").read_text())["prepared"][meshes.name]
         other = f"prepared={out / 'data' / 'prepared' / name}"  # what is a template is not tested
         scores = _score(RunFolder(start), (f"templates={templates}", "yaw=180", other))
-        for name in ("chamfer", "best_undeformed_chamfer"):
+        for name in ("chamfer", "feature_retrieval_chamfer", "best_undeformed_chamfer"):
             rows.append((count, name, 0, 1000 * scores[name].mean()))
         print(f"{count} own meshes: done", flush=True)
     table = pd.DataFrame(rows, columns=["count", "curve", "seed", "chamfer"])

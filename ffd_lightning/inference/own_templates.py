@@ -31,6 +31,7 @@ from ffd_lightning.data.sources.mesh_files import MeshFiles, name_files
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError, RejectedShapeError
 from ffd_lightning.evaluation.evaluator import bank_digest, weights_digest
+from ffd_lightning.evaluation.samples import Subset
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.rendering import render
@@ -52,12 +53,14 @@ class OwnTemplates:
         bank: the templates.
         pictures: of each, (views, H, W, 4) uint8, as the model's training images are rendered.
         digest: what tells them from others, in hexadecimal.
+        shapes: the same, as prepared shapes; None of meshes in memory.
         root: what the network makes of them is kept in `root/codes`; None to make it each time.
     """
 
     bank: TemplateBank
     pictures: Iterable[NDArray[np.uint8]]
     digest: str
+    shapes: Subset | None = None
     root: Path | None = None
 
 
@@ -115,7 +118,8 @@ def of_prepared(model: TrainedModel, prepared: PreparedSet, ids: Sequence[str]) 
     rows, views = [prepared.index(i) for i in ids], range(prepared.image_shape[0])
     pictures = (np.stack([prepared.image(row, view) for view in views]) for row in rows)
     digest = digest_of([prepared.digest, list(ids)])
-    return OwnTemplates(bank, pictures, digest, prepared.paths[0].parents[1])
+    shapes = Subset(prepared, np.array(rows))
+    return OwnTemplates(bank, pictures, digest, shapes, prepared.paths[0].parents[1])
 
 
 def of_meshes(

@@ -2,6 +2,7 @@ import csv
 import shutil
 import signal
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import torch
@@ -187,6 +188,10 @@ def test_other_templates(tmp_path):
         (folder,) = set(run.evaluation(FEW).iterdir()) - there
         rows = list(csv.DictReader((folder / "samples.csv").read_text().splitlines()))
         assert summary["num_samples"] == len(rows)
+        retrieved = {x for x in rows[0] if x.endswith("retrieval_chamfer")}
+        if Path(templates).is_file():  # what is retrieved is retrieved from the templates
+            assert len(retrieved) == 2
+            assert all(row[x] == row["medoid_chamfer"] for row in rows for x in retrieved)
         ranking = csv.DictReader((folder / "template_ranking.csv").read_text().splitlines())
         return {row["id"] for row in rows}, {row["id"] for row in ranking}
 
@@ -196,6 +201,7 @@ def test_other_templates(tmp_path):
     for name, shape in (("a", test[0]), ("b", data.split.train[0])):
         shutil.copy(root / f"{shape}.off", meshes / f"{name}.off")
     assert scored(meshes) == (set(test[1:]), {"a", "b"})
+    assert scored(meshes / "b.off") == (set(test), {"b"})
     assert scored(meshes, beside=True) == (set(test[1:]), {"a", "b", *data.bank.ids})
     with pytest.raises(ConfigError, match="beside= out"):
         scored("train", beside=True)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ffd_lightning.evaluation.protocols import Protocol
     from ffd_lightning.evaluation.samples import Subset
     from ffd_lightning.geometry.mesh import Mesh
+    from ffd_lightning.inference.own_templates import OwnTemplates
 
 _FILES = ("run", "checkpoint", "prepared", "data_root", "templates")
 _DIGITS = 8  # of digests in names
@@ -122,12 +123,14 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
         tested_on = Subset(other, np.asarray(rows, np.int64))
         subject = replace(subject, tested_on=tested_on, twins=frozenset())
         subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
-    if (own := _own_templates(cfg, opened.data, checkpoint or run.checkpoint)) is not None:
-        model, digest = own
+    if (told := _told(cfg, opened.data, checkpoint or run.checkpoint)) is not None:
+        model, own = told
         left = _without(subject.tested_on, model.bank.meshes)
-        subject = replace(subject, network=model.network, bank=model.bank, tested_on=left)
-        told = "beside" if cfg.beside else "templates"
-        subset = f"{told}-{digest[:_DIGITS]}_{subset}".removesuffix("_test")
+        among = own.shapes or subject.trained_on  # that are retrieved
+        subject = replace(subject, network=model.network, bank=model.bank)
+        subject = replace(subject, tested_on=left, trained_on=among)
+        named = "beside" if cfg.beside else "templates"
+        subset = f"{named}-{own.digest[:_DIGITS]}_{subset}".removesuffix("_test")
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (
         run.checkpoint.is_file() and weights_digest(load_model(run.checkpoint).network) == weights
@@ -140,10 +143,10 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     return evaluate(subject, protocol, folder, options), folder
 
 
-def _own_templates(
+def _told(
     cfg: EvaluateConfig, data: FfdDataModule, checkpoint: Path
-) -> tuple[TrainedModel, str] | None:
-    """Return a run's model with the templates that are asked for, and what tells these apart."""
+) -> tuple[TrainedModel, OwnTemplates] | None:
+    """Return a run's model with the templates that are asked for, and these."""
     from ffd_lightning.app.own_templates import named_templates
     from ffd_lightning.checkpoint import load_model
     from ffd_lightning.inference.own_templates import of_prepared, tell
@@ -161,7 +164,7 @@ def _own_templates(
         return None
     else:
         own = named
-    return tell(model, own, cfg.progress_bar, cfg.beside), own.digest
+    return tell(model, own, cfg.progress_bar, cfg.beside), own
 
 
 def _without(shapes: Subset, meshes: Iterable[Mesh]) -> Subset:
