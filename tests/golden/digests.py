@@ -106,8 +106,16 @@ def _shape(model: dict[str, Any]) -> dict[str, Any]:
         "texture_shapes": [list(texture.shape) for texture in model["textures"]],
         "textures": [texture.mean((0, 1)).tolist() for texture in model["textures"]],
         "face_textures": _sha(model["face_textures"].astype(np.int16)),
-        "uv_sums": model["face_uvs"].sum((0, 1), np.float64).tolist(),
+        "uv_sums": _mapped(model).sum((0, 1), np.float64).tolist(),
     }
+
+
+def _mapped(model: dict[str, Any]) -> np.ndarray:
+    """Return the uvs of faces that lie clearly along one axis: of others, rounding decides it."""
+    corners = model["vertices"][model["faces"]]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    _, second, first = np.sort(np.abs(across)).T
+    return model["face_uvs"][(second < 0.999 * first)[: len(model["face_uvs"])]]
 
 
 def _prepared_model(model: dict[str, Any]) -> dict[str, Any]:
