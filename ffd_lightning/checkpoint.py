@@ -109,7 +109,8 @@ class TrainedModel:
             codes = torch.cat([own, codes.to(own)])
             bank = self.bank.joined(kept, bank)
         network = copy.deepcopy(self.network)
-        network.use_templates(codes, bank.sample(consensus.POINTS), strangers=True)
+        strangers = network.strangers if beside else True
+        network.use_templates(codes, bank.sample(consensus.POINTS), strangers)
         return replace(self, network=network, bank=bank)
 
     def check_conditioned(self) -> None:

@@ -51,7 +51,7 @@ def measure(base: Predictor, prepared: PreparedSet, views: list[int]) -> pd.Data
                 some = (own if beside else []) + others[:count]
                 asked = [k for k, t in enumerate(some) if t >= len(own) or t in of_category]
                 sample = TemplateSample(matrix[some], control_points[some], degrees)
-                network.use_templates(codes[some], sample, strangers=count > 0)
+                network.use_templates(codes[some], sample, strangers=not beside)
                 some = [some[k] for k in asked]
                 as_it_is = 1000 * chamfer_distance(bank.points[some], target, "mean").min()
                 for view in views:

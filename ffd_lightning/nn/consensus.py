@@ -46,7 +46,7 @@ def consensus_logits(
         templates: some points of each.
         mask: of the object in the images; None for no outlines.
         views: cameras that may have taken the images; None for no outlines.
-        strangers: the network was not trained with the templates.
+        strangers: the network was trained with none of the templates.
     """
     log_probs = logits.log_softmax(1)
     top, index = log_probs.topk(min(_LIKELY, logits.shape[1]), dim=1)

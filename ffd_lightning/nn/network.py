@@ -218,8 +218,8 @@ class TemplateFfdNetwork(nn.Module):
     ) -> None:
         """Tell conditioned heads the templates of all predictions to come.
 
-        They are told by their `codes`, and by `consensus.POINTS` points of each; strangers are
-        templates that the network was not trained with.
+        They are told by their `codes`, and by `consensus.POINTS` points of each; strangers says
+        that the network was trained with none of them.
         """
         device = self.heads.offsets.weight.device
         self.template_codes, self.strangers = codes.to(device), strangers
