@@ -2,11 +2,13 @@
 
     python docs/tools/step_cost.py
 
-32 images of 192 x 256, 30 templates, 1,024 points, regime e. It prints how many operations torch
-is asked for, the memory that these read and write (each its arguments and results, views left
-out), floating-point operations of convolutions and matrix products, and those of the nearest
-neighbours, which torch does not count: 8 for each of 32 x 30 x 1,024 x 1,024 distances, both
-directions found at once. docs/findings/shapenet.md reckons from them what a GPU takes.
+32 images of 192 x 256, 30 templates, 1,024 points. Of the network, forward and backward, and Adam,
+with a sum in the place of the loss, it prints how many operations torch is asked for, the memory
+that these read and write (each its arguments and results, views left out), and the floating-point
+operations of convolutions and matrix products. To these come those of the nearest neighbours: 8
+for each of 32 x 30 x 1,024 x 1,024 distances, both directions found at once. Deforming the clouds
+and drawing the batch, 2% of a step on a processor, are left out. docs/findings/shapenet.md reckons
+from all this what a GPU takes.
 """
 
 from __future__ import annotations

@@ -19,11 +19,18 @@ def named_templates(
         ConfigError, DataError: see `of_files`; or a setting says how meshes are taken, and none
             are named.
     """
+    if settings.templates is None:
+        check_unused(settings, "there are none")
+        return None
     up, yaw = settings.up, settings.yaw
-    if settings.templates is not None:
-        return of_files(model, settings.templates, up=up, yaw=yaw, root=root, progress=progress)
-    if (up, yaw, settings.beside) != ("y", 0.0, False):
-        raise ConfigError(
-            "up=, yaw= and beside= are of meshes that templates= names: there are none"
-        )
-    return None
+    return of_files(model, settings.templates, up=up, yaw=yaw, root=root, progress=progress)
+
+
+def check_unused(settings: TemplateSettings, why: str) -> None:
+    """Make sure that no setting says how meshes are taken.
+
+    Raises:
+        ConfigError: one does.
+    """
+    if (settings.up, settings.yaw, settings.beside) != ("y", 0.0, False):
+        raise ConfigError(f"up=, yaw= and beside= are of meshes that templates= names: {why}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -99,6 +100,19 @@ def bounding_box(
     if diagonal == 0:
         raise ValueError("the bounding box has no extent: all vertices are the same point")
     return low / 2 + high / 2, diagonal
+
+
+def renumber_parts(
+    parts: NDArray[np.uint8], names: Sequence[str], among: Sequence[str]
+) -> NDArray[np.uint8]:
+    """Return parts, indices into `names` of any shape, as indices into `among`; 255 is unknown.
+
+    >>> renumber_parts(np.uint8([0, 1, 255]), ["leg", "top"], ["arm", "top", "leg"]).tolist()
+    [2, 1, 255]
+    """
+    table = np.full(256, UNKNOWN_PART, np.uint8)
+    table[: len(names)] = [among.index(name) for name in names]
+    return table[parts]
 
 
 def mean_colors(mesh: Mesh, divisions: int) -> NDArray[np.uint8]:

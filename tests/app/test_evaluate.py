@@ -203,7 +203,7 @@ def test_other_templates(tmp_path):
     assert scored(meshes) == (set(test[1:]), {"a", "b"})
     assert scored(meshes / "b.off") == (set(test), {"b"})
     assert scored(meshes, beside=True) == (set(test[1:]), {"a", "b", *data.bank.ids})
-    with pytest.raises(ConfigError, match="beside= out"):
+    with pytest.raises(ConfigError, match="own shapes, as they are"):
         scored("train", beside=True)
     with pytest.raises(ConfigError, match="among the templates"):
         scored(root)

@@ -115,7 +115,7 @@ def _mapped(model: dict[str, Any]) -> np.ndarray:
     corners = model["vertices"][model["faces"]]
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     _, second, first = np.sort(np.abs(across)).T
-    return model["face_uvs"][(second < 0.999 * first)[: len(model["face_uvs"])]]
+    return model["face_uvs"][(second < (1 - 1e-6) * first)[: len(model["face_uvs"])]]
 
 
 def _prepared_model(model: dict[str, Any]) -> dict[str, Any]:

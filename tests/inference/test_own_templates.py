@@ -95,6 +95,10 @@ def test_layouts(model, folder, tmp_path):
         shutil.copytree(folder, tree / category)
     assert ids(tree) == ("low", "tall", "wide"), "tables, which the model was trained on"
     shutil.rmtree(tree / "04379243")
+    joint = of_files(
+        replace(model, categories=("table", "chair")), tree / "chair", root=tree.parent
+    )
+    assert joint.bank.ids == ("chair/low", "chair/tall", "chair/wide"), "of a category it knows"
     assert ids(tree / "chair", folder / "low.obj", tree / "chair" / "low.obj") == (
         *("chair/low", "chair/tall", "chair/wide"),
         *(f"files/{place}/low.obj" for place in ("my meshes", "tree/chair")),

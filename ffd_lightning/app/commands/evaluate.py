@@ -147,17 +147,13 @@ def _told(
     cfg: EvaluateConfig, data: FfdDataModule, checkpoint: Path
 ) -> tuple[TrainedModel, OwnTemplates] | None:
     """Return a run's model with the templates that are asked for, and these."""
-    from ffd_lightning.app.own_templates import named_templates
+    from ffd_lightning.app.own_templates import check_unused, named_templates
     from ffd_lightning.checkpoint import load_model
     from ffd_lightning.inference.own_templates import of_prepared, tell
 
     model = load_model(checkpoint)
     if cfg.templates == ["train"]:
-        if (cfg.up, cfg.yaw, cfg.beside) != ("y", 0.0, False):
-            raise ConfigError(
-                "templates=train has the run's own templates, as they are: leave up=, yaw= and "
-                "beside= out"
-            )
+        check_unused(cfg, "templates=train are the run's own shapes, as they are")
         val = () if cfg.evaluation.subset == "val" else data.split.val
         own = of_prepared(model, data.prepared, sorted({*data.split.train, *data.bank.ids, *val}))
     elif (named := named_templates(cfg, model, data.root, cfg.progress_bar)) is None:

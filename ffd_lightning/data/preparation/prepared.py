@@ -25,7 +25,7 @@ from ffd_lightning.data.preparation.packing import (
 )
 from ffd_lightning.data.preparation.prepared_shape import shape_file
 from ffd_lightning.errors import DataError, is_of_machine
-from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, renumber_parts
 from ffd_lightning.imaging.camera import Camera
 
 MANIFEST = "manifest.json"
@@ -263,11 +263,12 @@ class PreparedSet:
         mesh, point_parts = unpack_mesh(self._read(row, "mesh").tobytes())
         if not self.part_names_of(row):
             return replace(mesh, face_parts=None), np.full_like(point_parts, UNKNOWN_PART)
-        table = np.full(256, UNKNOWN_PART, np.uint8)
-        table[: len(mesh.part_names)] = [self.part_names.index(name) for name in mesh.part_names]
         assert mesh.face_parts is not None
-        mesh = replace(mesh, face_parts=table[mesh.face_parts], part_names=self.part_names)
-        return mesh, table[point_parts]
+        face_parts, point_parts = (
+            renumber_parts(parts, mesh.part_names, self.part_names)
+            for parts in (mesh.face_parts, point_parts)
+        )
+        return replace(mesh, face_parts=face_parts, part_names=self.part_names), point_parts
 
 
 class _Place(NamedTuple):

@@ -21,7 +21,7 @@ from ffd_lightning.data.preparation.packing import (
 )
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.geometry.ffd import Degrees, Lattice, TemplateSample, deform, deformation_matrix
-from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, mean_colors, normalize
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, mean_colors, normalize, renumber_parts
 from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.geometry.subdivision import subdivide_mesh
 
@@ -59,17 +59,8 @@ class _JoinedMeshes(Sequence[Mesh]):
         mesh = bank.meshes[row]
         if mesh.face_parts is None:
             return mesh
-        parts = _renamed(mesh.face_parts, bank.part_names, self._names)
+        parts = renumber_parts(mesh.face_parts, bank.part_names, self._names)
         return replace(mesh, face_parts=parts, part_names=self._names)
-
-
-def _renamed(
-    parts: NDArray[np.uint8], names: tuple[str, ...], among: tuple[str, ...]
-) -> NDArray[np.uint8]:
-    """Return indices into `among` of parts that are indices into `names`."""
-    table = np.full(256, UNKNOWN_PART, np.uint8)
-    table[: len(names)] = [among.index(name) for name in names]
-    return table[parts]
 
 
 @dataclass(eq=False)
@@ -153,8 +144,8 @@ class TemplateBank:
             points, faces = sample_stratified(mesh.vertices, mesh.faces, num_points, rng)
             if names:
                 own = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
-                for k, name in enumerate(mesh.part_names):
-                    own[mesh.face_parts == k] = names.index(name)
+                if mesh.face_parts is not None:
+                    own = renumber_parts(mesh.face_parts, mesh.part_names, names)
                 mesh = replace(mesh, face_parts=own, part_names=names)
                 parts.append(own[faces])
             clouds.append(points)
@@ -250,7 +241,7 @@ class TemplateBank:
         parts = np.full((len(taken), count), UNKNOWN_PART, np.uint8)
         for own, (bank, k) in zip(parts, taken, strict=True):
             if bank.point_parts is not None:
-                own[:] = _renamed(bank.point_parts[k, :count], bank.part_names, names)
+                own[:] = renumber_parts(bank.point_parts[k, :count], bank.part_names, names)
         lattices = [bank.lattices[k] for bank, k in taken]
         return replace(
             self,
