@@ -1,7 +1,7 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/python -m pip install --disable-pip-version-check -q --use-pep517 -c constraints.txt
+PIP := $(BIN)/python -m pip install --disable-pip-version-check -q --no-compile --use-pep517 -c constraints.txt
 
 # Libraries that the benchmarks compare with; those that cannot be had are named as absent.
 PEERS := pykdtree point-cloud-utils pykeops faiss-cpu
@@ -22,7 +22,7 @@ demo: $(VENV)/.installed
 	$(BIN)/python train.py -m regime=b,w,e,r,posterior category=table name=demo
 
 test: $(VENV)/.installed-dev
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 bench: $(VENV)/.installed
 	@for peer in $(PEERS); do $(PIP) $$peer || echo "$$peer cannot be installed here"; done
@@ -56,10 +56,10 @@ $(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
 	$(PIP) -e .
 	@touch $@
 
-$(VENV)/.installed-dev: $(VENV)/.installed
-	@echo "Installing the packages for the tests ..."
+$(VENV)/.installed-dev: $(VENV)/.created pyproject.toml constraints.txt
+	@echo "Installing the packages, and those for the tests (some minutes, once) ..."
 	$(PIP) -e '.[dev]'
-	@touch $@
+	@touch $(VENV)/.installed $@
 
 $(VENV)/.installed-docs: $(VENV)/.installed
 	@echo "Installing the packages for the documentation ..."

@@ -46,7 +46,10 @@ TINY = (
     "callbacks.figure_examples=2",
     "callbacks.report=false",
     "evaluation.references=false",
+    "protocol.points=64",
 )
+FEW = "paper-points-64"
+"""The name of the results of runs of this configuration."""
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 from commands import ROOT, python
-from conftest import TINY
+from conftest import FEW, TINY
 from PIL import Image
 
 SETTINGS = (*TINY, "schedule.steps=2", "preparation.workers=1")
@@ -50,7 +50,7 @@ def test_the_wheel_has_all_commands_and_trains_a_sweep_from_any_folder(installed
     (tmp_path / "my_conf" / "regime" / "own.yaml").write_text(REGIME)
     sweep = ("train", "-m", "--config-dir", "my_conf", "regime=b,own", *SETTINGS)
     ffd(installed, tmp_path, *sweep, "callbacks.report=true")
-    runs = sorted(tmp_path.glob("runs/default/table/*/t2/*/evaluation/paper/samples.csv"))
+    runs = sorted(tmp_path.glob(f"runs/default/table/*/t2/*/evaluation/{FEW}/samples.csv"))
     assert [run.relative_to(tmp_path).parts[3] for run in runs] == ["b", "own"]
     assert (tmp_path / "runs" / "default" / "report.html").is_file()
     assert "2 finished" in ffd(installed, tmp_path, "status", "runs=runs")

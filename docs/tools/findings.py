@@ -35,6 +35,7 @@ from claims import (
     FAILS,
     HOLDS,
     OPEN,
+    Verdict,
     by_count,
     differences,
     overall,
@@ -339,16 +340,17 @@ def _together(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
     return comparison.decide(pd.concat(map(overall, tables), ignore_index=True))
 
 
-def beside(part: Results, shape: str, measures: Sequence[str]) -> pd.DataFrame:
-    """Compare the networks of one regime with another shape for the same images."""
+@cache
+def _beside(name: str, regime: str, shape: str, measures: tuple[str, ...]) -> pd.DataFrame:
+    """Compare a study's networks of one regime with another shape for the same images."""
+    part = study(name).where(regime=regime)
     tables = [comparison.compare_with(part, measure, shape) for measure in measures]
     return comparison.decide(pd.concat(tables, ignore_index=True))
 
 
 def against(name: str, only: Sequence[str], shape: str, measures: Sequence[str]) -> str:
     """Return a table of regimes minus another shape, and in how many categories they are lower."""
-    parts = {regime: study(name).where(regime=regime) for regime in only}
-    compared = {regime: beside(part, shape, measures) for regime, part in parts.items()}
+    compared = {regime: _beside(name, regime, shape, tuple(measures)) for regime in only}
     together = _together(table.assign(of=regime) for regime, table in compared.items())
     rows = []
     for regime, table in compared.items():
@@ -366,9 +368,14 @@ def against(name: str, only: Sequence[str], shape: str, measures: Sequence[str])
 # --- claims --------------------------------------------------------------------------------------
 
 
+@cache
+def _verdict(claim: str, name: str) -> Verdict:
+    return CLAIMS[claim].judge(study(name))
+
+
 def verdicts(claim: str, studies: Mapping[str, str]) -> str:
     """Return a claim of the paper, what studies (by what is said of them) say, by which rule."""
-    found = {of: CLAIMS[claim].judge(study(name)) for of, name in studies.items()}
+    found = {of: _verdict(claim, name) for of, name in studies.items()}
     words = {verdict.word for verdict in found.values()}
     icon = _ICONS[words.pop() if len(words) == 1 else OPEN]
     bullet = "- " if len(found) > 1 else ""
@@ -384,7 +391,7 @@ def words(claim: str, studies: Mapping[str, str]) -> str:
     """Return the verdicts alone, each with the studies that say so."""
     found: dict[str, list[str]] = {}
     for of, name in studies.items():
-        found.setdefault(CLAIMS[claim].judge(study(name)).word, []).append(of)
+        found.setdefault(_verdict(claim, name).word, []).append(of)
     if len(found) == 1:
         return f"**{next(iter(found))}**"
     return ", ".join(f"**{word}** ({'; '.join(where)})" for word, where in found.items())
@@ -413,9 +420,7 @@ def beside_retrieval(name: str, only: Sequence[str]) -> str:
     measures = ("chamfer", "emd", "iou")
     panels: dict[str, list[Row]] = {f"{_COLUMNS[m][0]} x 1000": [] for m in measures}
     panels["folded surface, %"] = []
-    compared = {
-        x: overall(beside(study(name).where(regime=x), "feature_retrieval", measures)) for x in only
-    }
+    compared = {x: overall(_beside(name, x, "feature_retrieval", measures)) for x in only}
     together = _together(table.assign(a=regime) for regime, table in compared.items())
     for _, row in together.iterrows():
         panels[f"{_COLUMNS[row['measure']][0]} x 1000"].append(_dot(row, regime_title(row["a"])))
@@ -511,7 +516,7 @@ def labels(name: str) -> str:
     parts = dict(iter(kept.samples.groupby(["category", "regime"], sort=False)))
     gains = comparison.decide(
         pd.concat(
-            beside(replace(kept, samples=part), "undeformed", ["part_iou"])
+            comparison.compare_with(replace(kept, samples=part), "part_iou", "undeformed")
             for part in parts.values()
         )
     )

@@ -69,12 +69,15 @@ def compare(
         )
     alone = set(names) <= {"regime", "templates"}
     settings = deciding_settings(results.settings) if alone else pd.DataFrame()
+    floors = _floors(results, measure)
+    columns = ["run", "seed", "category", "id", "view", measure, *names, *held]
+    samples = results.samples[list(dict.fromkeys(columns))]  # few of many: selecting rows is slow
     found: list[tuple[tuple[Any, ...], list[_Compared]]] = []
     strata: dict[tuple[Any, ...], list[_Compared]] = {}
-    for (category, *common), part in results.samples.groupby(["category", *held], sort=False):
+    for (category, *common), part in samples.groupby(["category", *held], sort=False):
         if alone:
             _check_settings(settings.loc[part["run"].unique()], names)
-        floor = _floor(results, part, measure)
+        floor = float(np.nan_to_num(floors[part.index].mean()))
         for a, b, pair in _pairs(part, measure, names, str(category)):
             found.append(((category, *common, a, b), [(pair, floor)]))
             strata.setdefault((*common, a, b), []).append((pair, floor))
@@ -111,15 +114,15 @@ def decide(table: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def _floor(results: Results, part: pd.DataFrame, measure: str) -> float:
-    """Return what the metric of a measure gives the truth itself, 0 where nobody measured it.
+def _floors(results: Results, measure: str) -> pd.Series:
+    """Return what the metric of a measure gives the truths themselves, NaN where nobody knows.
 
     The metric of `undeformed_chamfer` is chamfer.
     """
     names = [metric.name for metric in results.protocol.metrics]
     metric = max((n for n in names if f"_{measure}".endswith(f"_{n}")), key=len, default=measure)
-    floors = part.get(f"floor_{metric}", pd.Series(dtype=float)).dropna()
-    return float(floors.mean()) if len(floors) else 0.0
+    samples = results.samples
+    return samples.get(f"floor_{metric}", pd.Series(np.nan, samples.index, dtype=float))
 
 
 def _pairs(
@@ -227,10 +230,12 @@ def require_columns(table: pd.DataFrame, columns: Iterable[str]) -> None:
 
 def _check_settings(settings: pd.DataFrame, names: list[str]) -> None:
     """Raise a DataError if runs differ in more than what is compared (and their seed)."""
-    for key, values in settings.items():
-        # Of a category alone and of several together, test shapes are the same.
-        if str(key).split(".")[0] not in ("category", *names) and values.nunique() > 1:
+    # Of a category alone and of several together, test shapes are the same.
+    free = [key for key in settings if str(key).split(".")[0] in ("category", *names)]
+    different = settings.drop(columns=free).drop_duplicates()
+    for key in different if len(different) > 1 else ():
+        if len(values := sorted(different[key].unique())) > 1:
             raise DataError(
-                f"runs differ in {key} ({', '.join(sorted(values.unique()))}) as well as in "
+                f"runs differ in {key} ({', '.join(values)}) as well as in "
                 f"{' and '.join(names)}: leave some of them out"
             )

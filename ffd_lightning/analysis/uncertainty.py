@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
@@ -101,11 +102,14 @@ def _trainings(categories: Sequence[pd.DataFrame]) -> Iterator[tuple[Array, int]
 
     Together are runs of the same categories, seeds of each other.
     """
-    means = pd.DataFrame([scores.mean() / scores.shape[1] for scores in categories])
-    added = means.sum() / len(categories)
-    where = means.notna().apply(lambda run: " ".join(map(str, run.to_numpy().nonzero()[0])))
-    for places, runs in added.groupby(where):
-        yield runs.to_numpy(float), len(str(places).split())
+    added, places = defaultdict[str, float](float), defaultdict[str, tuple[int, ...]](tuple)
+    for place, scores in enumerate(categories):
+        means = scores.to_numpy(float).mean(0) / scores.shape[1] / len(categories)
+        for run, mean in zip(scores.columns, means, strict=True):
+            added[run] += mean
+            places[run] += (place,)
+    for where in set(places.values()):
+        yield np.array([added[run] for run in added if places[run] == where]), len(where)
 
 
 def _rest(scores: Array) -> float:

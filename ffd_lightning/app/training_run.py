@@ -253,8 +253,7 @@ def _record_templates(run: RunFolder, data: FfdDataModule) -> None:
     write_bytes_atomic(run.path / "templates.png", png(template_figure(bank, notes)))
     log.info(
         f"{run.path}: T = {len(bank)} templates (templates.csv, templates.png); mean box "
-        f"Chamfer x 1000 of the other shapes to the nearest: {1000 * coverage:.1f}; "
-        f"ids: {', '.join(bank.ids)}"
+        f"Chamfer x 1000 of the other shapes to the nearest: {1000 * coverage:.1f}"
     )
     (run.path / "outliers.csv").unlink(missing_ok=True)
     if outliers := outlier_rows(data.prepared):

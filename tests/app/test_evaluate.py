@@ -8,7 +8,7 @@ import pytest
 import torch
 import trimesh
 from commands import python, run_command
-from conftest import TINY
+from conftest import FEW, TINY
 
 from ffd_lightning.app.build import build_data
 from ffd_lightning.app.commands.evaluate import evaluate_run
@@ -51,22 +51,20 @@ def evaluate(run, *overrides):
     return evaluate_run(config(run, *overrides))[0]
 
 
-FEW = "paper-points-64"  # where results of `config` are
-
-
 def samples(run, name=FEW):
     return (run.evaluation(name) / "samples.csv").read_text()
 
 
 def test_training_ends_with_the_evaluation_of_the_command(copy):
-    before = samples(copy, "paper")
-    file = copy.evaluation("paper") / "summary.json"
+    before = samples(copy)
+    file = copy.evaluation(FEW) / "summary.json"
     written = file.stat().st_mtime_ns
-    command = ("evaluate", f"run={copy.path}", "evaluation.references=false")
+    own = ("protocol.points=64", "evaluation.references=false")
+    command = ("evaluate", f"run={copy.path}", *own)
     done = run_command(*command, cwd=copy.path.parent)
     assert done.returncode == 0, done.stderr
     assert "selected template, deformed" in done.stdout
-    assert (samples(copy, "paper"), file.stat().st_mtime_ns) == (before, written)
+    assert (samples(copy), file.stat().st_mtime_ns) == (before, written)
     done = run_command(*command, "protocol=papre")
     assert done.returncode == 1
     assert done.stderr.startswith("error: no protocol 'papre'. Did you mean protocol=paper?")

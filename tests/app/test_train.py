@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import torch
 from commands import killed_training, python, run_command
-from conftest import TINY
+from conftest import FEW, TINY
 from PIL import Image
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
@@ -24,7 +24,7 @@ from ffd_lightning.training.callbacks import Clock
 
 
 def samples(run):
-    return (run.evaluation("paper") / "samples.csv").read_text()
+    return (run.evaluation(FEW) / "samples.csv").read_text()
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_a_run_leaves_everything_that_is_read_later(finished):
     run, summary = finished
     assert run.finished
     assert run.status["summary"] == summary
-    written = json.loads((run.evaluation("paper") / "summary.json").read_text())
+    written = json.loads((run.evaluation(FEW) / "summary.json").read_text())
     assert written.items() >= {k: v for k, v in summary.items() if k != "seconds_per_step"}.items()
     opened = open_run(run).data
     split, templates = opened.split, list(opened.bank.ids)
@@ -61,7 +61,7 @@ def test_a_ranking_may_count_every_image_that_was_trained_on(tiny_config, tmp_pa
     given = ["schedule.steps=2", "data.render.azimuths=[45,135]"]
     counted = ["template_ranking.subset=train", "template_ranking.all_views=true"]
     summary = train(tiny_config(*given, *counted, "evaluation.subset=val"), run)
-    (row,) = Results.of([run], "paper/val").scored.to_dict("records")
+    (row,) = Results.of([run], f"{FEW}/val").scored.to_dict("records")
     assert row["chamfer"] == pytest.approx(summary["chamfer"]), "of the validation shapes"
     assert summary_tables([run])
     opened = open_run(run)
@@ -131,8 +131,8 @@ def test_a_restart_discards_all_that_was_found_out_about_the_network(
     finished, tiny_config, tmp_path, monkeypatch
 ):
     run = RunFolder(shutil.copytree(finished[0].path, tmp_path / "run"))
-    shutil.copytree(run.evaluation("paper"), run.evaluation("modern", "val"))
-    with lock_folder(run.evaluation("paper"), ""), pytest.raises(ConfigError, match="evaluates"):
+    shutil.copytree(run.evaluation(FEW), run.evaluation("modern", "val"))
+    with lock_folder(run.evaluation(FEW), ""), pytest.raises(ConfigError, match="evaluates"):
         train(tiny_config("restart=true"), run)
     assert run.finished
     monkeypatch.setattr("ffd_lightning.app.training_run._train", interrupted)
@@ -159,7 +159,7 @@ def test_the_last_checkpoint_is_the_evaluated_one_and_evaluation_resumes(tiny_co
     assert torch.load(run.checkpoint, weights_only=True)["global_step"] == 8
     before = samples(run)
     run.set_status("running")  # as a kill during the evaluation leaves it
-    (run.evaluation("paper") / "samples.csv").unlink()
+    (run.evaluation(FEW) / "samples.csv").unlink()
     train(config, run)
     assert run.finished
     assert samples(run) == before

@@ -134,7 +134,7 @@ def test_the_script_on_results_runs(tiny_config, tmp_path):
 
     for regime in ("b", "r"):
         run = RunFolder(tmp_path / "runs" / "demo" / "table" / regime / "t2" / "seed0")
-        train(tiny_config(f"regime={regime}"), run)
+        train(tiny_config(f"regime={regime}", "protocol.points=1024"), run)  # the paper's
     assert "Chamfer" in run_script(block_with("beside_paper"), tmp_path)
 
 

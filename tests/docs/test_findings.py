@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from analysis.folders import write_run
 from analysis.made import results, run_samples
+from conftest import FEW as FEW_POINTS
 from docs.documents import ROOT
 
 from ffd_lightning.analysis.results import Results
@@ -171,7 +172,7 @@ def test_scores_come_back(small, tmp_path):
     for run, families in kept.families.items():
         assert families.items() <= small.families[run].items()
         assert families
-    assert kept.protocol.name == "paper"
+    assert kept.protocol.name == FEW_POINTS
     assert kept.about[0]["machine"] == "a small one"
     assert kept.settings[["regime.name", "seed"]].to_numpy().tolist() == [["r", 0], ["r", 1]]
     assert (kept.curves.groupby("run")["step"].max() == 8).all()

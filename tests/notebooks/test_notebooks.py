@@ -24,10 +24,11 @@ def sweep(tiny_config, tmp_path_factory):
         overrides = (
             f"regime={regime}",
             f"templates={templates}",
-            "split.train_fraction=0.4",
+            "split.train_fraction=0.7",
             "schedule.steps=4",
             "evaluation.references=true",
             "templates.hold_out=2",
+            "protocol.points=64",
         )
         train(tiny_config(*overrides), RunFolder(folder / regime / templates))
     return folder
