@@ -70,8 +70,8 @@ def compare(
     alone = set(names) <= {"regime", "templates"}
     settings = deciding_settings(results.settings) if alone else pd.DataFrame()
     floors = _floors(results, measure)
-    columns = ["run", "seed", "category", "id", "view", measure, *names, *held]
-    samples = results.samples[list(dict.fromkeys(columns))]  # few of many: selecting rows is slow
+    needed = ["run", "seed", "category", "id", "view", measure, *names, *held]
+    samples = results.samples[list(dict.fromkeys(needed))]  # selecting rows of all is slow
     found: list[tuple[tuple[Any, ...], list[_Compared]]] = []
     strata: dict[tuple[Any, ...], list[_Compared]] = {}
     for (category, *common), part in samples.groupby(["category", *held], sort=False):
