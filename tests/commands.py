@@ -5,6 +5,7 @@ What only a process of its own can show (signals, what is imported when) starts 
 
 import contextlib
 import io
+import json
 import logging
 import os
 import subprocess
@@ -89,6 +90,18 @@ def python(*arguments, folder=ROOT, path=ROOT):
     command, environment = [sys.executable, *arguments], {"PYTHONPATH": str(path), "COLUMNS": "200"}
     options = {"env": os.environ | environment, "capture_output": True, "text": True}
     return subprocess.run(command, cwd=folder, **options)
+
+
+def in_one_process(*commands, folder, path=ROOT):
+    """Run commands of `ffd` in a folder one after the other, in one process of their own."""
+    code = (
+        "import json, sys; from commands import run_command; "
+        "print(json.dumps([vars(run_command(*c, cwd='.')) for c in json.loads(sys.argv[1])]))"
+    )
+    words = json.dumps([list(map(str, command)) for command in commands])
+    done = python("-c", code, words, folder=folder, path=f"{path}:{Path(__file__).parent}")
+    assert done.returncode == 0, done.stderr
+    return [Done(**found) for found in json.loads(done.stdout)]
 
 
 def wait_for(condition):

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from commands import ROOT, python
+from commands import ROOT, in_one_process, python
 from conftest import FEW, TINY
 from PIL import Image
 
@@ -38,29 +38,19 @@ def installed(tmp_path_factory):
     return target
 
 
-def ffd(installed, folder, *arguments):
-    """Run the installed command in a folder that is no checkout."""
-    done = python("-m", "ffd_lightning", *arguments, folder=folder, path=installed)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout + done.stderr
-
-
-def test_the_wheel_has_all_commands_and_trains_a_sweep_from_any_folder(installed, tmp_path):
+def test_the_wheel_has_all_commands_and_works_from_any_folder(
+    installed, joint_checkpoint, tmp_path
+):
     (tmp_path / "my_conf" / "regime").mkdir(parents=True)
     (tmp_path / "my_conf" / "regime" / "own.yaml").write_text(REGIME)
-    sweep = ("train", "-m", "--config-dir", "my_conf", "regime=b,own", *SETTINGS)
-    ffd(installed, tmp_path, *sweep, "callbacks.report=true")
+    sweep = ("train", "-m", "--config-dir", "my_conf", "regime=own", *SETTINGS)
+    words = ("-m", "ffd_lightning", *sweep, "callbacks.report=true")
+    done = python(*words, folder=tmp_path, path=installed)
+    assert done.returncode == 0, done.stdout + done.stderr
     runs = sorted(tmp_path.glob(f"runs/default/table/*/t2/*/evaluation/{FEW}/samples.csv"))
-    assert [run.relative_to(tmp_path).parts[3] for run in runs] == ["b", "own"]
+    assert [run.relative_to(tmp_path).parts[3] for run in runs] == ["own"]
     assert (tmp_path / "runs" / "default" / "report.html").is_file()
-    assert "2 finished" in ffd(installed, tmp_path, "status", "runs=runs")
-    help_of_train = ffd(installed, tmp_path, "train", "--config-dir", "my_conf", "--help", "all")
-    assert "a regime of one's own" in help_of_train
-    study = ffd(installed, tmp_path, "sweep", "regimes", "--quick", "--dry-run")
-    assert "regime=b,w,e,r" in study
 
-
-def test_the_wheel_predicts_by_the_model_in_it(installed, joint_checkpoint, tmp_path):
     ours, theirs = (
         {path.name for path in (root / "ffd_lightning" / "pretrained").iterdir() if path.is_file()}
         for root in (ROOT, installed)
@@ -70,6 +60,14 @@ def test_the_wheel_predicts_by_the_model_in_it(installed, joint_checkpoint, tmp_
     picture = np.full((60, 80, 3), 255, np.uint8)
     picture[20:45, 25:60] = (120, 60, 30)
     Image.fromarray(picture).save(tmp_path / "photo.png")
-    output = ffd(installed, tmp_path, "predict", "image=photo.png", "category=sofa")
-    assert "photo.png: sofa (" in output
+    commands = {
+        ("status", "runs=runs"): "1 finished",
+        ("train", "--config-dir", "my_conf", "--help", "all"): "a regime of one's own",
+        ("sweep", "regimes", "--quick", "--dry-run"): "regime=b,w,e,r",
+        ("predict", "image=photo.png", "category=sofa"): "photo.png: sofa (",
+    }
+    every = in_one_process(*commands, folder=tmp_path, path=installed)
+    for done, words in zip(every, commands.values(), strict=True):
+        assert done.returncode == 0, done.stderr
+        assert words in done.stdout
     assert (tmp_path / "predictions" / "photo" / "mesh.glb").is_file()

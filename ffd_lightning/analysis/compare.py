@@ -69,6 +69,7 @@ def compare(
         )
     alone = set(names) <= {"regime", "templates"}
     settings = deciding_settings(results.settings) if alone else pd.DataFrame()
+    settings = settings.loc[:, settings.nunique() > 1]
     floors = _floors(results, measure)
     needed = ["run", "seed", "category", "id", "view", measure, *names, *held]
     samples = results.samples[list(dict.fromkeys(needed))]  # selecting rows of all is slow
@@ -129,7 +130,7 @@ def _pairs(
     part: pd.DataFrame, measure: str, names: list[str], category: str
 ) -> list[tuple[str, str, Pair]]:
     """Return all pairs of groups in one category, over the images that all runs have."""
-    runs = part[list(dict.fromkeys(["run", "seed", *names]))].drop_duplicates()
+    runs = part.drop_duplicates("run")
     groups: dict[str, list[str]] = {}
     for values, group in sorted(runs.groupby(names), key=lambda g: list(map(place, g[0]))):
         label = name_of(dict(zip(names, values, strict=True)), names, long=False)

@@ -13,21 +13,10 @@ from ffd_lightning.errors import ConfigError
 from ffd_lightning.inference.predictor import checkpoint_of
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
-from ffd_lightning.pretrained import pretrained_model
+from ffd_lightning.pretrained import KERAS_ADDRESS, KERAS_FILES, pretrained_model
 from ffd_lightning.terminal import counted
 
 EMBEDDED = "embedded"
-
-KERAS_FILES: dict[float, str] = {
-    0.25: "mobilenet_2_5_192_tf_no_top.h5",
-    0.5: "mobilenet_5_0_192_tf_no_top.h5",
-    0.75: "mobilenet_7_5_192_tf_no_top.h5",
-    1.0: "mobilenet_1_0_192_tf_no_top.h5",
-}
-"""Keras' published ImageNet weights by width, of images of 192 x 192; the paper's is the first."""
-
-KERAS_ADDRESS = "https://github.com/fchollet/deep-learning-models/releases/download/v0.6/"
-"""Where they are; a file's name follows."""
 
 
 def load_first_weights(encoder: ImageEncoder, weights: str) -> None:

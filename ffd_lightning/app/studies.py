@@ -10,8 +10,6 @@ import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from ffd_lightning import components
-from ffd_lightning.app.build import category_names
-from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import Data, TrainConfig
 from ffd_lightning.app.configuration import compose_config, jobs, typed_config
 from ffd_lightning.data.categories import SYNSETS
@@ -132,6 +130,9 @@ def check_study(
     Returns:
         The settings of the first job, and what would stop jobs at their start, "" for nothing.
     """
+    from ffd_lightning.app.build import category_names
+    from ffd_lightning.app.checks import validate
+
     configs: list[TrainConfig] = []
     problems: dict[str, None] = {}
     names: dict[str, None] = {}

@@ -1,5 +1,7 @@
 """What is composed from `conf/`, and what is said of mistakes in it."""
 
+from itertools import chain
+
 import pytest
 import torch
 from commands import ROOT, python
@@ -72,14 +74,25 @@ NEEDED = {
 }
 
 
+def together(options):
+    """Choices of an option of each group, until each was chosen: composing takes long."""
+    for number in range(max(map(len, options.values()))):
+        yield {group: names[number % len(names)] for group, names in options.items()}
+
+
 def test_every_option_of_every_group_composes_and_can_be_built():
-    for group in ("category", "regime", "templates", "schedule", "trainer", "logger"):
-        for file in (ROOT / "conf" / group).glob("*.yaml"):
-            typed(f"{group}={file.stem}", *NEEDED.get(file.stem, []))
-    for place, kind in GROUPS.items():
-        for name in set(components.names(kind)) - {"timm"}:  # it may not be installed
-            needed = NEEDED.get(name, NEEDED.get((place, name), []))
-            validate(typed(f"{place.replace('.', '/')}={name}", *needed, "encoder.weights=none"))
+    groups = ("category", "regime", "templates", "schedule", "trainer", "logger")
+    files = {group: [file.stem for file in (ROOT / "conf" / group).iterdir()] for group in groups}
+    for chosen in together(files):
+        typed(
+            *(f"{group}={name}" for group, name in chosen.items()),
+            *NEEDED.get(chosen["category"], []),
+        )
+    kinds = {place: sorted({*components.names(kind)} - {"timm"}) for place, kind in GROUPS.items()}
+    for chosen in together(kinds):  # timm may not be installed
+        own = [f"{place.replace('.', '/')}={name}" for place, name in chosen.items()]
+        needed = [NEEDED.get(x, NEEDED.get(x[1], [])) for x in chosen.items()]
+        validate(typed(*own, *chain(*needed), "encoder.weights=none"))
 
 
 MISTAKES = [

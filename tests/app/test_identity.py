@@ -73,10 +73,11 @@ def test_what_changes_the_result_is_refused_in_the_folder(tiny_config, tmp_path)
     run = written(tiny_config(), tmp_path)
     before = run.config.read_text()
     for override in ANOTHER_RUN:
-        other = written(tiny_config(override), tmp_path / override.replace("/", "-"))
+        changed = tiny_config(override)
+        other = written(changed, tmp_path / override.replace("/", "-"))
         assert len(set(groups_of(run, other))) == 1 + (override != "seed=1"), override
         with pytest.raises(ConfigError, match=r"holds a run with other settings: .* was .*, now "):
-            check_folder(tiny_config(override), run)
+            check_folder(changed, run)
     assert run.config.read_text() == before
     with pytest.raises(ConfigError) as caught:
         check_folder(tiny_config("seed=3", "regime.terms.offset_penalty.weight=2"), run)

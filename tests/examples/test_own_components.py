@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from commands import ROOT, killed_training, python
+from commands import ROOT, in_one_process, killed_training, python
 from PIL import Image
 
 TINY = (
@@ -48,13 +48,6 @@ OWN = (
 )
 
 
-def ffd(*arguments, folder, packages=None, program=("-m", "ffd_lightning")):
-    """Run the command in a folder, with or without the example package: exit code, output."""
-    path = ROOT if packages is None else f"{ROOT}:{packages}"
-    done = python(*program, *arguments, folder=folder, path=path)
-    return done.returncode, done.stdout + done.stderr
-
-
 @pytest.fixture(scope="module")
 def packages(tmp_path_factory):
     """Install the example package."""
@@ -65,66 +58,68 @@ def packages(tmp_path_factory):
     return target
 
 
+PICTURE = np.full((60, 80, 3), 255, np.uint8)
+PICTURE[20:45, 25:60] = (120, 60, 30)
+PREDICT = ("predict", "image=photo.png", "preview=false", "points=50")
+
+
 @pytest.fixture(scope="module")
-def trained(packages, tmp_path_factory):
-    """Train with the package, killed on the way and resumed: folder, run, output."""
-    folder = tmp_path_factory.mktemp("work")
-    settings = (*OWN, *TINY)
-    killed = ("-c", killed_training(5))
-    code, output = ffd(*settings, folder=folder, packages=packages, program=killed)
-    assert code == -signal.SIGKILL, output
+def used(packages, tmp_path_factory):
+    """Train with the package, killed on the way, resume, use the run: run, what commands left."""
+    folder, path = tmp_path_factory.mktemp("work"), f"{ROOT}:{packages}"
+    Image.fromarray(PICTURE).save(folder / "photo.png")
+    killed = python("-c", killed_training(5), *OWN, *TINY, folder=folder, path=path)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
     (checkpoint,) = folder.rglob("last.ckpt")
     before = checkpoint.stat().st_mtime_ns
-    code, output = ffd("train", *settings, folder=folder, packages=packages)
-    assert code == 0, output
+    run = checkpoint.parents[1]
+    measured = ("protocol=extents", "protocol.points=100", "evaluation.references=false")
+    commands = {
+        "train": ("train", *OWN, *TINY),
+        "help": ("train", "--help", "all"),
+        "mistake": ("train", "encoder=patches", "encoder.chanels=3"),
+        "evaluate": ("evaluate", f"run={run}", *measured),
+        "predict": (*PREDICT, f"run={checkpoint}"),
+    }
+    found = in_one_process(*commands.values(), folder=folder, path=path)
     assert checkpoint.stat().st_mtime_ns > before
-    return folder, checkpoint.parents[1], output
+    return run, dict(zip(commands, found, strict=True))
 
 
-def test_all_components_are_used_and_named(trained):
-    _, run, output = trained
+def test_all_components_are_used_and_named(used):
+    run, commands = used
+    assert commands["train"].returncode == 0, commands["train"].stderr
     settings = (run / "config.yaml").read_text()
     named = ("boxes", "every_fifth", "specks", "patches", "taught", "smoothness", "by_height")
     for part in (*named, "extents", "rmsprop", "linear", "frozen_start", "own-components 0.1.0"):
         assert part in settings
     assert json.loads((run / "status.json").read_text())["state"] == "finished"
-    assert "side_error" in output
+    assert "side_error" in commands["train"].stdout
     summary = json.loads((run / "evaluation" / "extents" / "summary.json").read_text())
     assert 0 < summary["side_error"] < 1
     assert [m["name"] for m in summary["protocol"]["metrics"]] == ["side_error"]
 
 
-def test_its_settings_are_in_help_and_checked(trained, packages):
-    folder, _, _ = trained
-    _, output = ffd("train", "--help", "all", folder=folder, packages=packages)
+def test_their_settings_are_in_help_and_checked(used):
+    _, commands = used
     for words in ("encoder=patches", "own-components 0.1.0", "channels=16", "temperature=0.5"):
-        assert words in output
-    wrong = ("train", "encoder=patches", "encoder.chanels=3")
-    code, output = ffd(*wrong, folder=folder, packages=packages)
-    assert code == 1
-    assert "Did you mean encoder.channels?" in output
+        assert words in commands["help"].stdout
+    assert commands["mistake"].returncode == 1
+    assert "Did you mean encoder.channels?" in commands["mistake"].stderr
 
 
-def test_evaluated_under_its_protocol_with_other_settings(trained, packages):
-    folder, run, _ = trained
-    settings = (f"run={run}", "protocol=extents", "protocol.points=100")
-    command = ("evaluate", *settings, "evaluation.references=false")
-    code, output = ffd(*command, folder=folder, packages=packages)
-    assert code == 0, output
-    assert "100 points" in output
+def test_evaluated_under_its_protocol_with_other_settings(used):
+    _, commands = used
+    assert commands["evaluate"].returncode == 0, commands["evaluate"].stderr
+    assert "100 points" in commands["evaluate"].stdout
 
 
-def test_predicts_from_the_checkpoint_alone(trained, packages, tmp_path):
-    _, run, _ = trained
-    checkpoint = tmp_path / "model.ckpt"
-    checkpoint.write_bytes((run / "checkpoints" / "last.ckpt").read_bytes())
-    picture = np.full((60, 80, 3), 255, np.uint8)
-    picture[20:45, 25:60] = (120, 60, 30)
-    Image.fromarray(picture).save(tmp_path / "photo.png")
-    predict = ("predict", "run=model.ckpt", "image=photo.png", "preview=false", "points=50")
-    code, output = ffd(*predict, folder=tmp_path, packages=packages)
-    assert code == 0, output
-    assert (tmp_path / "predictions" / "photo" / "mesh.glb").is_file()
-    code, output = ffd(*predict, "out=others", folder=tmp_path)
-    assert code == 1
-    assert "encoder 'patches' comes from own-components 0.1.0, which is not here" in output
+def test_predicts_from_the_checkpoint_and_says_what_is_absent(used, tmp_path):
+    run, commands = used
+    assert commands["predict"].returncode == 0, commands["predict"].stderr
+    assert [*run.parents[5].glob("predictions/photo/mesh.glb")]
+    Image.fromarray(PICTURE).save(tmp_path / "photo.png")
+    words = (*PREDICT, f"run={run}/checkpoints/last.ckpt")
+    done = python("-m", "ffd_lightning", *words, folder=tmp_path)
+    assert done.returncode == 1
+    assert "encoder 'patches' comes from own-components 0.1.0, which is not here" in done.stderr

@@ -18,6 +18,7 @@ from ffd_lightning.app.settings import read_options, two_columns
 from ffd_lightning.app.studies import Study, check_study, load_study, sweeps, value_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic
+from ffd_lightning.pretrained import KERAS_ADDRESS, KERAS_FILES
 
 _INTERRUPTED = 130
 _FOLDER = config_folder("sweeps")
@@ -84,10 +85,8 @@ def main(arguments: Sequence[str]) -> int:
     studies = {file.stem: load_study(file) for file in sorted(_FOLDER.glob("*.yaml"))}
     listed = two_columns((name, study.question) for name, study in studies.items())
     paper = ", ".join(n for n, study in studies.items() if "schedule=paper" in study.overrides)
-    from ffd_lightning.app.first_weights import KERAS_ADDRESS, KERAS_FILES
-
-    weights, address = KERAS_FILES[0.25], KERAS_ADDRESS
-    print(_HELP.format(weights=weights, address=address, studies=listed, paper=paper))
+    keras = {"weights": KERAS_FILES[0.25], "address": KERAS_ADDRESS}
+    print(_HELP.format(**keras, studies=listed, paper=paper))
     return 0
 
 

@@ -18,7 +18,6 @@ from typing import Annotated
 
 from ffd_lightning.app.commands.predict import file_bytes
 from ffd_lightning.app.config import TemplateSettings
-from ffd_lightning.app.open_run import open_data
 from ffd_lightning.app.own_templates import named_templates
 from ffd_lightning.components import Range
 from ffd_lightning.errors import ConfigError, UserError
@@ -82,6 +81,8 @@ def open_shared(settings: Settings) -> Shared:
     shapes, note = None, "A checkpoint alone: open a photo."
     path = None if settings.run is None else Path(settings.run).expanduser()
     if path is not None and path.is_dir():
+        from ffd_lightning.app.open_run import open_data  # loads Lightning
+
         try:
             data = open_data(RunFolder(path), settings.data_root)
             data.setup()
