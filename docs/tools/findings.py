@@ -207,7 +207,10 @@ def by_category(
     of_regimes = runs.pivot_table(measure, "category", "regime", sort=False)[list(only)]
     shapes = [f"{shape}_{measure}" for shape in references]
     table = of_regimes.join(runs.groupby("category", sort=False)[shapes].mean())
-    return _of_categories(table, measure, [*map(regime_title, only), *references.values()])
+    table.loc["mean"] = table.mean()
+    rows = [[str(c), *(_number(x, measure) for x in row)] for c, row in table.iterrows()]
+    heads = [*map(regime_title, only), *references.values()]
+    return _table([_COLUMNS[measure][0], *heads], rows)
 
 
 def best_in(name: str, only: Sequence[str], regime: str, measure: str) -> str:
@@ -217,21 +220,6 @@ def best_in(name: str, only: Sequence[str], regime: str, measure: str) -> str:
     best = table.idxmax(axis=1) if _COLUMNS[measure][0].endswith("↑") else table.idxmin(axis=1)
     others = sorted(best.index[best != regime])
     return f"{len(best) - len(others)} of {len(best)} categories (all but {', '.join(others)})"
-
-
-def categories_of(studies: Mapping[str, str], regime: str, measure: str) -> str:
-    """Return a table of a measure of one regime: a row per category, a column per study."""
-    parts = {label: per_run(study(name).where(regime=regime)) for label, name in studies.items()}
-    table = pd.DataFrame({n: runs.groupby("category")[measure].mean() for n, runs in parts.items()})
-    return _of_categories(table, measure, list(studies))
-
-
-def _of_categories(table: pd.DataFrame, measure: str, heads: Sequence[str]) -> str:
-    """Write a table with a row per category, and their mean if there are several."""
-    if len(table) > 1:
-        table.loc["mean"] = table.mean()
-    rows = [[str(c), *(_number(x, measure) for x in row)] for c, row in table.iterrows()]
-    return _table([_COLUMNS[measure][0], *heads], rows)
 
 
 def course(name: str, only: Sequence[str], column: str, steps: Sequence[int]) -> str:
@@ -283,20 +271,6 @@ def changes_in(
         for label, part in table.groupby("label", sort=False)
     ]
     return _table(_headings(measures, " - ".join(pair)), rows)
-
-
-def changes_by_category(
-    name: str, pairs: Iterable[Sequence[str]], measure: str, **where: Any
-) -> str:
-    """Return a table of differences a - b in one measure, a row per category."""
-    table = differences(study(name).where(**where), pairs, [measure])
-    labels = dict.fromkeys(f"{a} - {b}" for a, b in zip(table["a"], table["b"], strict=True))
-    rows = [
-        [str(category), *(_judged(row) for _, row in part.iterrows())]
-        for category, part in table.groupby("category", sort=False)
-    ]
-    rows.sort(key=lambda cells: is_mean(cells[0]))
-    return _table(["category", *labels], rows)
 
 
 def counts(name: str, pairs: Iterable[Sequence[int]], measures: Sequence[str]) -> str:
@@ -621,8 +595,8 @@ def environment() -> Environment:
 
 
 _FUNCTIONS: tuple[Callable[..., str], ...] = (
-    *(setup, scores, versions, seeds_of, by_category, best_in, categories_of, course),
-    *(changes, change, changes_in, changes_by_category, counts, versus, against),
+    *(setup, scores, versions, seeds_of, by_category, best_in, course),
+    *(changes, change, changes_in, counts, versus, against),
     *(verdicts, words, claim, stability, same_template, right_category),
     *(budgets, budgets_of, budgets_mean, labels, figure, differ, beside_retrieval),
     *(with_references, candidates),
