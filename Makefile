@@ -28,7 +28,7 @@ bench: $(VENV)/.installed
 	@for peer in $(PEERS); do $(PIP) $$peer || echo "$$peer cannot be installed here"; done
 	$(BIN)/python -m benchmarks
 
-docs: $(VENV)/.installed-docs
+docs: $(VENV)/.installed-dev
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
 	$(BIN)/python docs/tools/links.py site
 	@echo "site/index.html; to search it: $(BIN)/python -m http.server -d site"
@@ -57,11 +57,6 @@ $(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
 	@touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.created pyproject.toml constraints.txt
-	@echo "Installing the packages, and those for the tests (some minutes, once) ..."
+	@echo "Installing the packages, and those for tests and documentation (some minutes, once) ..."
 	$(PIP) -e '.[dev]'
 	@touch $(VENV)/.installed $@
-
-$(VENV)/.installed-docs: $(VENV)/.installed
-	@echo "Installing the packages for the documentation ..."
-	$(PIP) -e '.[docs]'
-	@touch $@
