@@ -26,13 +26,15 @@ from ffd_lightning.run_folder import RunFolder
 
 COUNTS, SEEDS = (5, 10, 20, 40), (0, 1, 2)
 STEPS = 200
+METRICS = ["chamfer", "emd", "iou"]
 CURVES = {
-    "chamfer": "the network as it is",
+    "": "the network as it is",
     "variants": f"trained for {STEPS} steps, with variants",
     "plain": f"trained for {STEPS} steps, without",
-    "feature_retrieval_chamfer": "the template of the most similar image, as it is",
-    "best_undeformed_chamfer": "the nearest template as it is, an oracle",
+    "feature_retrieval_": "the template of the most similar image, as it is",
+    "best_undeformed_": "the nearest template as it is, an oracle",
 }
+"""What is drawn; of what is scored beside a network, the beginning of its scores' names."""
 _SHARE = 3  # one of so many is tested on
 
 
@@ -55,17 +57,18 @@ def main(meshes: Path, start: Path, out: Path) -> None:
             for name, variants in (("variants", "auto"), ("plain", "0")):
                 run = _train(start, root, listed, out, count, seed, variants)
                 scores = _score(run, ("templates=train", "evaluation.references=false"))
-                rows.append((count, name, seed, 1000 * scores["chamfer"].mean()))
+                rows.append([count, name, seed, *scores[METRICS].mean()])
         name = json.loads((run.path / "data.json").read_text())["prepared"][meshes.name]
         other = f"prepared={out / 'data' / 'prepared' / name}"  # what is a template is not tested
         scores = _score(RunFolder(start), (f"templates={templates}", "yaw=180", other))
-        for name in ("chamfer", "feature_retrieval_chamfer", "best_undeformed_chamfer"):
-            rows.append((count, name, 0, 1000 * scores[name].mean()))
+        for of in ("", "feature_retrieval_", "best_undeformed_"):
+            rows.append([count, of, 0, *scores[[f"{of}{name}" for name in METRICS]].mean()])
         print(f"{count} own meshes: done", flush=True)
-    table = pd.DataFrame(rows, columns=["count", "curve", "seed", "chamfer"])
+    table = pd.DataFrame(rows, columns=["count", "curve", "seed", *METRICS])
+    table[METRICS] *= 1000
     table.to_csv(out / "own-meshes.csv", index=False)
     _draw(table, out / "own-meshes.png", f"{len(tested)} real {meshes.name}s that are tested on")
-    print(table.groupby(["curve", "count"])["chamfer"].agg(["mean", "std"]).round(1).to_string())
+    print(table.groupby(["curve", "count"])[METRICS].agg(["mean", "std"]).round(1).to_string())
 
 
 def _link(shapes: Sequence[Path], folder: Path) -> None:

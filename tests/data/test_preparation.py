@@ -223,19 +223,19 @@ def test_shapes_that_take_too_long_make_a_set_of_that_timeout(undisturbed, tmp_p
     """Whether Python runs, and is interrupted, or a library that does not return."""
     faults = {"b01": "sleep", "b02": "hang", "b03": "swallow"}
     # A box takes a hundredth of a second.
-    found = prepare_boxes(BoxSource(5, log, faults), tmp_path, timeout=5.0)
+    found = prepare_boxes(BoxSource(5, log, faults), tmp_path, timeout=3.0)
     assert found.ids == ("b00", "b04")
-    reason = "it takes longer than preparation.timeout=5 seconds"
+    reason = "it takes longer than preparation.timeout=3 seconds"
     assert found.rejected == dict.fromkeys(faults, reason)
-    assert found.manifests[0]["settings"]["timeout"] == 5.0
+    assert found.manifests[0]["settings"]["timeout"] == 3.0
     log.unlink()
-    assert prepare_boxes(BoxSource(5, log), tmp_path, timeout=5).path == found.path
+    assert prepare_boxes(BoxSource(5, log), tmp_path, timeout=3).path == found.path
     assert loads(log)[0] == [], "the very same set is not made again"
     patient = prepare_boxes(BoxSource(5, log), tmp_path, timeout=60.0)
     assert patient.ids == undisturbed.ids[:5]
     assert patient.path != found.path
     assert "timeout" not in patient.manifests[0]["settings"]
-    assert prepare_boxes(BoxSource(5, log), tmp_path, timeout=5.0).path == patient.path
+    assert prepare_boxes(BoxSource(5, log), tmp_path, timeout=3.0).path == patient.path
 
 
 def test_what_cannot_be_read_now_makes_no_set(undisturbed, tmp_path, log):
