@@ -10,9 +10,13 @@ under the default split; what serves the validation shapes best is kept.
 from __future__ import annotations
 
 import copy
+import os
 import sys
 from pathlib import Path
 
+os.environ.setdefault("KERAS_BACKEND", "torch")  # it would ask for TensorFlow
+
+import keras
 import numpy as np
 import torch
 from torch import Tensor, nn
@@ -89,8 +93,6 @@ def gather(prepared: PreparedSet, label: int) -> tuple[tuple[Tensor, ...], tuple
 
 def write_keras(encoder: MobileNetV1, out: Path) -> None:
     """Write an encoder's weights as Keras writes those of its MobileNet without a top."""
-    import keras
-
     model = keras.applications.MobileNet(
         input_shape=(64, 64, 3), alpha=encoder.width, include_top=False, weights=None
     )
