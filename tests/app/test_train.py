@@ -214,14 +214,14 @@ def the_run(tmp_path):
 
 
 def test_kill_9_and_the_same_command_give_the_same_metrics(finished, prepared, data_root, tmp_path):
-    _, *arguments = command(tmp_path, data_root)
+    script, *arguments = command(tmp_path, data_root)
     for step, method, left in ((3, "on_train_batch_start", 2), (6, "_save_checkpoint", 4)):
         done = python("-c", killed_training(step, method), *arguments)
         assert done.returncode == -signal.SIGKILL, done.stderr
         run = the_run(tmp_path)
         assert run.status["state"] == "running"
         assert torch.load(run.checkpoint, weights_only=True)["global_step"] == left
-    assert run_command("train", *arguments).returncode == 0
+    assert python(script, *arguments).returncode == 0
     assert samples(the_run(tmp_path)) == samples(finished[0])
 
 

@@ -58,16 +58,10 @@ def packages(tmp_path_factory):
     return target
 
 
-PICTURE = np.full((60, 80, 3), 255, np.uint8)
-PICTURE[20:45, 25:60] = (120, 60, 30)
-PREDICT = ("predict", "image=photo.png", "preview=false", "points=50")
-
-
 @pytest.fixture(scope="module")
 def used(packages, tmp_path_factory):
     """Train with the package, killed on the way, resume, use the run: run, what commands left."""
     folder, path = tmp_path_factory.mktemp("work"), f"{ROOT}:{packages}"
-    Image.fromarray(PICTURE).save(folder / "photo.png")
     killed = python("-c", killed_training(5), *OWN, *TINY, folder=folder, path=path)
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     (checkpoint,) = folder.rglob("last.ckpt")
@@ -79,7 +73,6 @@ def used(packages, tmp_path_factory):
         "help": ("train", "--help", "all"),
         "mistake": ("train", "encoder=patches", "encoder.chanels=3"),
         "evaluate": ("evaluate", f"run={run}", *measured),
-        "predict": (*PREDICT, f"run={checkpoint}"),
     }
     found = in_one_process(*commands.values(), folder=folder, path=path)
     assert checkpoint.stat().st_mtime_ns > before
@@ -114,12 +107,19 @@ def test_evaluated_under_its_protocol_with_other_settings(used):
     assert "100 points" in commands["evaluate"].stdout
 
 
-def test_predicts_from_the_checkpoint_and_says_what_is_absent(used, tmp_path):
-    run, commands = used
-    assert commands["predict"].returncode == 0, commands["predict"].stderr
-    assert [*run.parents[5].glob("predictions/photo/mesh.glb")]
-    Image.fromarray(PICTURE).save(tmp_path / "photo.png")
-    words = (*PREDICT, f"run={run}/checkpoints/last.ckpt")
-    done = python("-m", "ffd_lightning", *words, folder=tmp_path)
+def test_predicts_from_the_checkpoint_alone(used, packages, tmp_path):
+    """In a process that nothing but the checkpoint tells of the package."""
+    run, _ = used
+    checkpoint = tmp_path / "model.ckpt"
+    checkpoint.write_bytes((run / "checkpoints" / "last.ckpt").read_bytes())
+    picture = np.full((60, 80, 3), 255, np.uint8)
+    picture[20:45, 25:60] = (120, 60, 30)
+    Image.fromarray(picture).save(tmp_path / "photo.png")
+    words = ("predict", "run=model.ckpt", "image=photo.png", "preview=false", "points=50")
+    command = ("-m", "ffd_lightning", *words)
+    done = python(*command, folder=tmp_path, path=f"{ROOT}:{packages}")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "predictions" / "photo" / "mesh.glb").is_file()
+    done = python(*command, "out=others", folder=tmp_path)
     assert done.returncode == 1
     assert "encoder 'patches' comes from own-components 0.1.0, which is not here" in done.stderr
