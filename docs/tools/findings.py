@@ -92,7 +92,7 @@ _REFERENCES = {
     "floor": "floor",
 }
 _REGIME_STUDIES = {  # what is said of each: study
-    "13 categories, T = 30, one seed": "paper_table",
+    "13 categories, T = 30, two seeds": "paper_table",
     "chairs, lamps and tables, T = 16": "beyond+annealing",
     "sofas and tables, T = 30": "regimes",
 }
@@ -219,6 +219,8 @@ def best_in(name: str, only: Sequence[str], regime: str, measure: str) -> str:
     table = runs.pivot_table(measure, "category", "regime", sort=False)
     best = table.idxmax(axis=1) if _COLUMNS[measure][0].endswith("↑") else table.idxmin(axis=1)
     others = sorted(best.index[best != regime])
+    if not others:
+        return f"all {len(best)} categories"
     return f"{len(best) - len(others)} of {len(best)} categories (all but {', '.join(others)})"
 
 
