@@ -91,11 +91,6 @@ _REFERENCES = {
     "fitted": "best template, fitted",
     "floor": "floor",
 }
-_REGIME_STUDIES = {  # what is said of each: study
-    "13 categories, T = 30, two seeds": "paper_table",
-    "chairs, lamps and tables, T = 16": "beyond+annealing",
-    "sofas and tables, T = 30": "regimes",
-}
 _SCORES = tuple(name for name in _COLUMNS if name != "part_iou")
 
 
@@ -373,15 +368,14 @@ def words(claim: str, studies: Mapping[str, str]) -> str:
     return ", ".join(f"**{word}** ({'; '.join(where)})" for word, where in found.items())
 
 
-def differ(kind: str, studies: Mapping[str, str], pairs: Sequence[str], measure: str) -> str:
-    """Draw differences in a measure, a panel per study; of Chamfer the room is shaded."""
-    panels, rooms = {}, []
-    for of, name in studies.items():
-        table = overall(differences(study(name), [(a, b) for a, b in pairs], [measure]))
-        panels[of] = [_dot(row, f"{row['a']} - {row['b']}") for _, row in table.iterrows()]
-        rooms.append(1000 * MARGIN * table["above"].min())
-    alt = f"{_COLUMNS[measure][0]}, differences between regimes with their 95% intervals"
-    return _drawn(f"{kind}.svg", forest(panels, rooms if measure == "chamfer" else ()), alt)
+def differ(kind: str, name: str, pairs: Sequence[str], measure: str) -> str:
+    """Draw differences in a measure; of Chamfer the room is shaded."""
+    table = overall(differences(study(name), [(a, b) for a, b in pairs], [measure]))
+    heading = _COLUMNS[measure][0]
+    rows = [_dot(row, f"{row['a']} - {row['b']}") for _, row in table.iterrows()]
+    room = 1000 * MARGIN * table["above"].min() if measure == "chamfer" else 0
+    alt = f"{heading}, differences between regimes with their 95% intervals"
+    return _drawn(f"{kind}.svg", forest({f"{heading} x 1000": rows}, room), alt)
 
 
 def _dot(row: Any, label: str) -> Row:
@@ -421,9 +415,9 @@ def claim(name: str) -> str:
 # --- templates, parts of errors, labels ----------------------------------------------------------
 
 
-def stability(name: str, only: Sequence[str], **where: Any) -> str:
+def stability(name: str, only: Sequence[str]) -> str:
     """Return how alike the seeds select: share of images with the same template, and Rand index."""
-    table = selection_stability(study(name).where(regime=only, **where))
+    table = selection_stability(study(name).where(regime=only))
     means = table.groupby("regime", sort=False)[["same_template", "adjusted_rand"]].mean()
     rows = [
         [regime_title(r), f"{means.same_template[r]:.0%}", f"{means.adjusted_rand[r]:.2f}"]
@@ -591,7 +585,6 @@ def environment() -> Environment:
     made = Environment(
         loader=FileSystemLoader(TEXTS), undefined=StrictUndefined, keep_trailing_newline=True
     )
-    made.globals["regime_studies"] = _REGIME_STUDIES
     made.globals |= {f.__name__: f for f in _FUNCTIONS}
     return made
 

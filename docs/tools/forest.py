@@ -22,20 +22,20 @@ class Row(NamedTuple):
     sure: bool = True
 
 
-def forest(panels: Mapping[str, Sequence[Row]], rooms: Sequence[float] = ()) -> Figure:
+def forest(panels: Mapping[str, Sequence[Row]], room: float = 0) -> Figure:
     """Draw a panel for each title, rows from the top; all have the labels of the first.
 
     Args:
         panels: by title.
-        rooms: for each panel how far from 0 a difference counts as none, shaded.
+        room: how far from 0 a difference counts as none, shaded.
     """
     height = 0.9 + 0.26 * max(map(len, panels.values()))
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(8.4, height), layout="constrained")
         axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
-        for k, (panel, (title, rows)) in enumerate(zip(axes, panels.items(), strict=True)):
-            if k < len(rooms):
-                panel.axvspan(-rooms[k], rooms[k], color="#e8e8e8", lw=0)
+        for panel, (title, rows) in zip(axes, panels.items(), strict=True):
+            if room:
+                panel.axvspan(-room, room, color="#e8e8e8", lw=0)
             panel.axvline(0, color="black", lw=0.8)
             for place, row in enumerate(rows):
                 panel.plot([row.low, row.high], [place, place], color=row.color, lw=1.8)
