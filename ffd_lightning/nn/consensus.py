@@ -54,7 +54,11 @@ def consensus_logits(
     matrix, control_points, degrees = templates
     sample = TemplateSample(matrix[index], control_points[index], degrees)
     clouds = sample.deformed(offsets[queries, index])
-    distances = torch.stack([_chamfer(cloud, clouds) for cloud in clouds.unbind(1)], dim=1)
+    # One by one: what a batch takes at once stays in no cache. An exported graph has any batch.
+    parts = (clouds,) if torch.compiler.is_exporting() else clouds.split(1)
+    distances = torch.cat(
+        [torch.stack([_chamfer(cloud, part) for cloud in part.unbind(1)], dim=1) for part in parts]
+    )
     risk = (distances @ ((_VOTES if strangers else 1.0) * top).softmax(1)[..., None])[..., 0]
     if mask is not None and views is not None:
         risk = risk + _outline_distances(clouds, mask, views)
@@ -93,5 +97,5 @@ def _chamfer(
     cloud: Float[Tensor, "q n d"], others: Float[Tensor, "q t m d"]
 ) -> Float[Tensor, "q t"]:
     """Return the Chamfer distance, a mean over points, of one cloud to others."""
-    squared = torch.cdist(cloud[:, None], others).square()
-    return squared.amin(3).mean(2) + squared.amin(2).mean(2)
+    apart = torch.cdist(cloud[:, None], others)
+    return apart.amin(3).square().mean(2) + apart.amin(2).square().mean(2)
