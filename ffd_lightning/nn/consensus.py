@@ -54,7 +54,7 @@ def consensus_logits(
     matrix, control_points, degrees = templates
     sample = TemplateSample(matrix[index], control_points[index], degrees)
     clouds = sample.deformed(offsets[queries, index])
-    # One by one: what a batch takes at once stays in no cache. An exported graph has any batch.
+    # Image by image: a whole batch fits in no cache. An exported graph takes any batch.
     parts = (clouds,) if torch.compiler.is_exporting() else clouds.split(1)
     distances = torch.cat(
         [torch.stack([_chamfer(cloud, part) for cloud in part.unbind(1)], dim=1) for part in parts]
