@@ -49,18 +49,18 @@ def main(meshes: Path, start: Path, out: Path) -> None:
     rows = []
     for count in COUNTS:
         root, templates = out / f"meshes-{count}", out / f"templates-{count}"
-        _link((*tested, *own[:count]), root / meshes.name)
-        _link(own[:count], templates)
+        link((*tested, *own[:count]), root / meshes.name)
+        link(own[:count], templates)
         listed = out / "tested.txt"
         listed.write_text("".join(f"{shape.name}\n" for shape in tested))
         for seed in SEEDS:
             for name, variants in (("variants", "auto"), ("plain", "0")):
                 run = _train(start, root, listed, out, count, seed, variants)
-                scores = _score(run, ("templates=train", "evaluation.references=false"))
+                scores = score(run, ("templates=train", "evaluation.references=false"))
                 rows.append([count, name, seed, *scores[METRICS].mean()])
         name = json.loads((run.path / "data.json").read_text())["prepared"][meshes.name]
         other = f"prepared={out / 'data' / 'prepared' / name}"  # what is a template is not tested
-        scores = _score(RunFolder(start), (f"templates={templates}", "yaw=180", other))
+        scores = score(RunFolder(start), (f"templates={templates}", "yaw=180", other))
         for of in ("", "feature_retrieval_", "best_undeformed_"):
             rows.append([count, of, 0, *scores[[f"{of}{name}" for name in METRICS]].mean()])
         print(f"{count} own meshes: done", flush=True)
@@ -71,7 +71,8 @@ def main(meshes: Path, start: Path, out: Path) -> None:
     print(table.groupby(["curve", "count"])[METRICS].agg(["mean", "std"]).round(1).to_string())
 
 
-def _link(shapes: Sequence[Path], folder: Path) -> None:
+def link(shapes: Sequence[Path], folder: Path) -> None:
+    """Make a folder of links to shapes."""
     folder.mkdir(parents=True, exist_ok=True)
     for shape in shapes:
         if not (folder / shape.name).is_symlink():
@@ -95,7 +96,7 @@ def _train(
     return RunFolder(found)
 
 
-def _score(run: RunFolder, settings: Sequence[str]) -> pd.DataFrame:
+def score(run: RunFolder, settings: Sequence[str]) -> pd.DataFrame:
     """Return the scores of a run's network with other templates than its own."""
     said = _ffd("evaluate", f"run={run.path}", *settings)
     return pd.read_csv(Path(said.split()[-1]) / "samples.csv")
