@@ -93,12 +93,6 @@ def test_textures_are_found_by_base_name_and_replace_kd(folder, name):
     np.testing.assert_allclose(mesh.face_uvs[0], corners)  # uv = xy in this file
 
 
-def test_the_namesake_nearest_to_the_named_path_is_taken(folder):
-    folder.textured("newmtl m\nmap_Kd b/x.png\n", x=(1, 1, 1))
-    folder.write("b/x.png", png((2, 2, 2)))
-    assert folder.load().textures[0][0, 0, 0] == 2
-
-
 PALETTE = Image.new("P", (8, 6), 1)
 PALETTE.putpalette([0, 0, 0, 200, 100, 50])
 KINDS = {
@@ -145,11 +139,6 @@ def test_a_material_whose_texture_cannot_be_used_is_grey_and_noted(folder, capfd
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_material_that_names_no_texture_keeps_its_colour(folder):
-    folder.textured("newmtl m\nKd 1 1 1\nmap_Kd \nmap_Ks lost.png\n")
-    np.testing.assert_array_equal(folder.load().face_colors, [[255, 255, 255, 255]])
-
-
 @pytest.mark.parametrize("mtl", [None, b"\xff\xfe\0", b"newmtl m\nimage x\n"])
 def test_a_missing_or_useless_mtl_gives_grey(folder, mtl):
     folder.write("m.obj", TEXTURED)
@@ -158,16 +147,6 @@ def test_a_missing_or_useless_mtl_gives_grey(folder, mtl):
     mesh, warnings = folder.read()
     np.testing.assert_array_equal(mesh.face_colors, [GREY])
     assert warnings == (() if mtl else ("material files are absent: m.mtl",))
-
-
-def test_materials_that_share_a_texture_share_it_in_memory(folder):
-    mtl = "".join(f"newmtl {k}\nd {d}\nmap_Kd x.png\n" for k, d in (("a", 1), ("b", 1), ("c", 0.5)))
-    folder.textured(mtl, x=(5, 6, 7))
-    faces = "".join(f"usemtl {name}\nf 1/1 2/2 3/3\n" for name in "abc")
-    folder.write("m.obj", TEXTURED.replace("usemtl m\nf 1/1 2/2 3/3\n", faces))
-    mesh = folder.load()
-    assert len(mesh.textures) == 2
-    assert sorted(mesh.face_colors.tolist()) == [[5, 6, 7, 128], [5, 6, 7, 255], [5, 6, 7, 255]]
 
 
 @pytest.mark.parametrize("uvs", ["", "vt 0\nvt 1\nvt 0\n", "vt nan 0\nvt 1e400 0\nvt 0 -inf\n"])

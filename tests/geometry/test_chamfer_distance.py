@@ -31,8 +31,3 @@ def test_of_itself_it_is_zero_and_shapes_broadcast():
     table = chamfer_distance(pred[:, None], target)
     assert table.shape == (3, 3)
     torch.testing.assert_close(table.diagonal(), chamfer_distance(pred, target))
-
-
-def test_gradients_are_those_of_differences():
-    pred, target = (torch.from_numpy(x).requires_grad_() for x in clouds())
-    assert torch.autograd.gradcheck(chamfer_distance, (pred, target))

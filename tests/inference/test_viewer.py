@@ -3,7 +3,6 @@ import contextlib
 import io
 import re
 import socket
-import sys
 import urllib.request
 from math import comb
 from types import SimpleNamespace
@@ -17,7 +16,6 @@ from PIL import Image
 from scipy.spatial.distance import cdist
 
 from ffd_lightning.app.commands.view import Settings, open_shared
-from ffd_lightning.errors import ConfigError
 from ffd_lightning.imaging.grid import png
 from ffd_lightning.inference.viewer.page import Page
 from ffd_lightning.inference.viewer.server import start
@@ -365,12 +363,6 @@ def test_the_server_answers_this_machine_alone(server):
     assert server.get_host() == "127.0.0.1"
     with urllib.request.urlopen(f"http://127.0.0.1:{server.get_port()}", timeout=120) as answer:
         assert b"<html" in answer.read().lower()
-
-
-def test_without_viser_one_sentence_says_how_to_get_it(shared, monkeypatch):
-    monkeypatch.setitem(sys.modules, "viser", None)
-    with pytest.raises(ConfigError, match="needs viser: pip install"):
-        start(shared)
 
 
 def test_a_page_can_begin_with_a_photo(open_page, shared, photo):
