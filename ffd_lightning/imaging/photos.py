@@ -19,11 +19,11 @@ Bytes: TypeAlias = NDArray[np.uint8]
 MAX_PIXELS = 60_000_000
 """Of a photograph; larger ones are not decoded. Phones make up to 50 million."""
 
-_FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "TIFF", "PPM")
+_FORMATS = ("PNG", "JPEG", "WEBP", "AVIF", "BMP", "GIF", "TIFF", "PPM")
 
 
 def read_photo(source: str | Path | bytes, name: str = "") -> Image.Image:
-    """Read a photograph: PNG, JPEG, WebP, BMP, GIF, TIFF or PPM, from a file or its content.
+    """Read a photograph: PNG, JPEG, WebP, AVIF, BMP, GIF, TIFF, PPM, from a file or its content.
 
     Returns:
         Upright, RGB or RGBA; of several frames the first. Colour profiles are ignored.
@@ -46,7 +46,7 @@ def read_photo(source: str | Path | bytes, name: str = "") -> Image.Image:
             raise ValueError(f"{size}, more than {MAX_PIXELS:,}: make it smaller first")
         return _upright(picture)
     except UnidentifiedImageError:
-        kind = "HEIC or AVIF, not read" if content[4:8] == b"ftyp" else "no picture, or damaged"
+        kind = "HEIC, which is not read" if content[4:8] == b"ftyp" else "no picture, or damaged"
         raise DataError(f"{name} is {kind}: save it as JPEG or PNG") from None
     except Exception as error:  # Pillow meets anything in a damaged file
         raise DataError(f"{name} cannot be read ({reason_of(error)})") from error

@@ -175,6 +175,8 @@ def predict_files(settings: Settings) -> list[Outcome]:
         if len(jobs) < 2:
             raise ConfigError("together=true needs two or more images of one object")
         jobs = [replace(jobs[0], others=tuple(jobs[1:]))]
+    if not any(job.image.is_file() for job in jobs):  # before templates are prepared
+        raise ConfigError(f"image={jobs[0].image}: there is no such file")
     checkpoint = checkpoint_of(settings.run)
     predictor = Predictor.load(checkpoint, settings.device)
     check_apart(settings.templates or (), out=out)
