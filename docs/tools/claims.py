@@ -45,10 +45,12 @@ def together(*parts: Results) -> Results:
 
 
 def with_regimes_of(one: Results, other: Results) -> Results:
-    """Return results with another's runs in place of their own of the same regimes.
+    """Return results with another's runs of the same categories and seeds.
 
-    What the two studies set differently is taken not to matter to the regimes that stay.
+    They take the place of their own of the same regimes. What the two studies set differently is
+    taken not to matter to the regimes that stay.
     """
+    other = other.where(**{c: set(one.samples[c]) for c in ("category", "seed")})
     stay = set(one.samples["regime"]) - set(other.samples["regime"])
     both = together(one.where(regime=stay), other)
     changed = [
