@@ -156,6 +156,20 @@ def test_shapes_of_joint_runs_are_the_same_shapes():
     assert row["difference"] == pytest.approx(-0.5)
 
 
+@pytest.mark.parametrize(
+    ("samples", "measure", "message"),
+    [
+        (pair([1.0, 2], [1.0, 2]), "emd", "no column emd"),
+        (pair([1.0, 2], [1.0, np.nan]), "chamfer", "w/t16/seed0 "),
+        (pair([1.0], [1.0]), "chamfer", "share 1 test shapes"),
+        ([run_samples([1.0, 2])], "chamfer", "same regime"),
+    ],
+)
+def test_what_cannot_be_compared_is_said(samples, measure, message):
+    with pytest.raises(DataError, match=message):
+        compare(results(*samples), measure)
+
+
 def test_the_best_is_compared_with_the_second():
     x = np.linspace(1, 2, 30) ** 2
     table = compared(*pair(x, x - 0.5), run_samples(x - 0.4, "e"))

@@ -23,3 +23,13 @@ def test_families():
     assert table["mean"].tolist() == pytest.approx([*means, means[0] - means[1]])
     low, high = table.loc["same - other", ["low", "high"]]
     assert low < table.loc["same - other", "mean"] < high
+
+
+def test_families_that_are_not_known_or_never_met():
+    samples = run_samples(12)
+    assert family_table(samples, {}).empty
+    assert family_table(samples.assign(family=None), {"a": {"x": "table/desk"}}).empty
+    table = family_table(samples, {"a": {"x": "chair/desk"}}).set_index("family")
+    assert table["num_samples"].tolist() == [0, 12, 12], "of another category"
+    assert table.loc[["same", "same - other"], ["mean", "low"]].isna().all(axis=None)
+    assert table.loc["other", ["mean", "low"]].notna().all()

@@ -65,6 +65,13 @@ def test_seeds_become_a_mean_and_the_best_is_marked(tmp_path):
     assert [row[2].mark for row in table.rows] == ["▲", ""]
 
 
+def test_scores_that_read_the_same_are_marked_alike(tmp_path):
+    for regime, chamfer in (("b", 0.03201), ("w", 0.03199), ("e", 0.05)):
+        write_run(tmp_path / regime, regime, protocol=PROTOCOL, chamfer=[chamfer, chamfer])
+    marks = {row[0]: row[1].mark for row in scores(Results.read(tmp_path)).rows}
+    assert list(marks.values()) == ["▲", "▲", ""]
+
+
 def test_a_training_ends_with_scores_and_reasons_under_its_protocol(tmp_path):
     own = ProtocolDescription("own", "no unit", (Metric("warmth", "degrees", True, 1.0),))
     run = write_run(tmp_path / "own", protocol=own, warmth=0.7, medoid_warmth=0.2)

@@ -29,6 +29,14 @@ def test_ffd_lists_its_commands(capsys):
         main(["trian"])
 
 
+@pytest.mark.parametrize("command", ["train", "sweep"])
+def test_help_may_be_cut_off(command):
+    words = [sys.executable, "-m", "ffd_lightning", command, "--help"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()  # before anything is written
+        assert process.stderr.read() == b""
+
+
 def test_a_process_of_another_device_knows_its_command(monkeypatch):
     """Lightning starts it with the command's arguments alone."""
     given = []

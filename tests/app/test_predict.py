@@ -281,6 +281,7 @@ def test_meshes_of_ones_own_are_templates(
         (replace(own, run=str(checkpoint)), "heads=conditioned"),
         (replace(own, top_k=3), "2 templates"),
         (replace(own, templates=None, yaw=90.0), "templates="),
+        (replace(own, templates=None, beside=True), "templates="),
         (replace(own, image=["gone.png"]), "gone.png: there is no such file"),
     ):
         with pytest.raises(ConfigError, match=words):

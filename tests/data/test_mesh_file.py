@@ -93,6 +93,12 @@ def test_textures_are_found_by_base_name_and_replace_kd(folder, name):
     np.testing.assert_allclose(mesh.face_uvs[0], corners)  # uv = xy in this file
 
 
+def test_the_namesake_nearest_to_the_named_path_is_taken(folder):
+    folder.textured("newmtl m\nmap_Kd b/x.png\n", x=(1, 1, 1))
+    folder.write("b/x.png", png((2, 2, 2)))
+    assert folder.load().textures[0][0, 0, 0] == 2
+
+
 PALETTE = Image.new("P", (8, 6), 1)
 PALETTE.putpalette([0, 0, 0, 200, 100, 50])
 KINDS = {

@@ -8,11 +8,13 @@ import zipfile
 
 import numpy as np
 import pytest
+from analysis.folders import write_run
 from analysis.made import results, run_samples
 from conftest import FEW as FEW_POINTS
 from docs.documents import ROOT
 
 from ffd_lightning.analysis.results import Results
+from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription
 
 sys.path.insert(0, str(ROOT / "docs" / "tools"))
@@ -186,3 +188,16 @@ def test_the_same_study_gives_the_same_file_without_the_machines_folders(small, 
         text = "".join(archive.read(name).decode() for name in archive.namelist())
     assert str(tmp_path.parent) not in text
     assert not re.search(r'["\s,](/\w+)+', text)
+
+
+def test_nothing_finished_and_nothing_there(tmp_path):
+    run = write_run(tmp_path / "run")
+    findings.save(Results.read(tmp_path), tmp_path / "kept.zip", {})
+    assert Results.read(tmp_path / "kept.zip").curves.empty, "there is no log"
+    run.set_status("failed")
+    with pytest.raises(DataError, match="no run has results under protocol paper: run: "):
+        findings.save(Results.read(tmp_path), tmp_path / "kept.zip", {})
+    (tmp_path / "broken.zip").write_bytes(b"no zip")
+    for name in ("broken.zip", "absent.zip"):
+        with pytest.raises(DataError, match="no kept results"):
+            Results.read(tmp_path / name)
