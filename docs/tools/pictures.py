@@ -29,7 +29,7 @@ _LARGEST = 2000  # pixels
 REGIMES = ("b", "w", "e", "r", "posterior")
 SHOWN = ("chair", "plane", "sofa", "bench", "car")
 FIGURES = ("method", "overview", "subdivision", "voxels", "labels")
-NOTEBOOKS = {"results": "demo.zip", "deformation": "demo"}
+NOTEBOOKS = {"results": "tables.zip", "deformation": "demo"}
 """Notebooks that are pages, too, and of which runs, or kept results."""
 SHORT = ("schedule=quick", "schedule.steps=300", "schedule.annealing_steps=30")
 SWEEPS = {
