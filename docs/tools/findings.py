@@ -255,12 +255,10 @@ def change(name: str, a: str, b: str, measure: str) -> str:
     return _difference(overall(_differences(name, ((a, b),), (measure,))).iloc[0])
 
 
-def changes_in(
-    studies: Mapping[str, str], pair: Sequence[str], measures: Sequence[str], **where: Any
-) -> str:
+def changes_in(studies: Mapping[str, str], pair: Sequence[str], measures: Sequence[str]) -> str:
     """Return a table of one difference a - b, a row per study, by what is said of it."""
     table = _together(
-        differences(study(name).where(**where), [pair], measures).assign(label=label)
+        differences(study(name), [pair], measures).assign(label=label)
         for label, name in studies.items()
     )
     rows = [
