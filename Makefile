@@ -3,6 +3,10 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --disable-pip-version-check -q --no-compile --use-pep517 -c constraints.txt
 
+# pip compiles nothing: Python does so at the first import, and keeps the result. Many container
+# images set this variable, which forbids to keep it: each start would then take twice as long.
+unexport PYTHONDONTWRITEBYTECODE
+
 # Libraries that the benchmarks compare with; those that cannot be had are named as absent.
 PEERS := pykdtree point-cloud-utils pykeops faiss-cpu
 
