@@ -449,21 +449,12 @@ def budgets(name: str, only: Sequence[Any], by: str = "regime", **where: Any) ->
     return _table(["category", by, *_PARTS], rows)
 
 
-def budgets_of(studies: Mapping[str, str], regime: str) -> str:
-    """Return what the Chamfer distance of one regime is made of, mean over runs, by study."""
-    return _budget_means({n: study(name).where(regime=regime) for n, name in studies.items()})
-
-
 def budgets_mean(name: str, only: Sequence[str]) -> str:
     """Return what the Chamfer distance is made of, mean over categories and seeds, by regime."""
-    return _budget_means({regime_title(x): study(name).where(regime=x) for x in only})
-
-
-def _budget_means(parts: Mapping[str, Results]) -> str:
-    means = {
-        n: _budget(part).groupby("category")[_PARTS].mean().mean() for n, part in parts.items()
-    }
-    rows = [[label, *(f"{number:.1f}" for number in x)] for label, x in means.items()]
+    rows = []
+    for regime in only:
+        means = _budget(study(name).where(regime=regime)).groupby("category")[_PARTS].mean().mean()
+        rows.append([regime_title(regime), *(f"{number:.1f}" for number in means)])
     return _table(["", *_PARTS], rows)
 
 
@@ -591,7 +582,7 @@ _FUNCTIONS: tuple[Callable[..., str], ...] = (
     *(setup, scores, versions, seeds_of, by_category, best_in, course),
     *(changes, change, changes_in, counts, versus, against),
     *(verdicts, words, claim, stability, same_template, right_category),
-    *(budgets, budgets_of, budgets_mean, labels, figure, differ, beside_retrieval),
+    *(budgets, budgets_mean, labels, figure, differ, beside_retrieval),
     *(with_references, candidates),
 )  # that the templates of pages may call
 

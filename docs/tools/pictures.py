@@ -31,25 +31,19 @@ SHOWN = ("chair", "plane", "sofa", "bench", "car")
 FIGURES = ("method", "overview", "subdivision", "voxels", "labels")
 NOTEBOOKS = {"results": "tables.zip", "deformation": "demo"}
 """Notebooks that are pages, too, and of which runs, or kept results."""
-SHORT = ("schedule=quick", "schedule.steps=300", "schedule.annealing_steps=30")
+WEIGHTS = "encoder.weights=neutral.weights.h5"  # of neutral_encoder.py
 SWEEPS = {
     "demo": ("train", "-m", f"regime={','.join(REGIMES)}", "category=table", "name=demo"),
     "categories": ("sweep", "categories", f"category={','.join(SHOWN)}"),
     "paper_table": (
-        *("sweep", "paper_table", f"regime={','.join(REGIMES)}", *SHORT),
-        "encoder.weights=neutral.weights.h5",  # of neutral_encoder.py
+        *("sweep", "paper_table", f"regime={','.join(REGIMES)}", "schedule=quick"),
+        *("schedule.steps=300", "schedule.annealing_steps=30", WEIGHTS),
     ),
     "real": (
         *("train", "-m", "name=real", "data=folder", "data.root=meshes", "data.yaw=180"),
-        *("data.render.azimuths=[45,90,135,180,225,270,315,0]", "split.train_fraction=0.6"),
-        *(
-            "templates=t8",
-            "category=chair,table",
-            "data.variants=0",
-            f"regime={','.join(REGIMES)}",
-            "seed=0,1,2",
-        ),
-        *SHORT,
+        *("data.variants=0", "data.render.azimuths=[45,90,135,180,225,270,315,0]"),
+        *("split.train_fraction=0.6", "templates=t8", "category=chair,table"),
+        *(f"regime={','.join(REGIMES)}", "seed=0,1,2", "schedule.steps=300", WEIGHTS),
     ),
 }
 """Commands that give the runs; what is finished is not trained again."""
