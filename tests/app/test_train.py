@@ -214,21 +214,21 @@ def the_run(tmp_path):
 
 
 def test_kill_9_and_the_same_command_give_the_same_metrics(finished, prepared, data_root, tmp_path):
-    script, *arguments = command(tmp_path, data_root)
+    arguments = command(tmp_path, data_root)[1:]
     for step, method, left in ((3, "on_train_batch_start", 2), (6, "_save_checkpoint", 4)):
         done = python("-c", killed_training(step, method), *arguments)
         assert done.returncode == -signal.SIGKILL, done.stderr
         run = the_run(tmp_path)
         assert run.status["state"] == "running"
         assert torch.load(run.checkpoint, weights_only=True)["global_step"] == left
-    assert python(script, *arguments).returncode == 0
+    assert run_command("train", *arguments).returncode == 0
     assert samples(the_run(tmp_path)) == samples(finished[0])
 
 
 def test_a_sweep_trains_what_can_be_trained_side_by_side_or_not(prepared, data_root, tmp_path):
     own = ("templates.count=2,500", "schedule.steps=2")
     launcher = ("hydra/launcher=joblib", "hydra.launcher.n_jobs=2")
-    first = python(*command(tmp_path, data_root, "-m", *launcher, *own))
+    first = run_command("train", *command(tmp_path, data_root, "-m", *launcher, *own)[1:])
     assert first.returncode == 1
     assert "1 of 2 runs failed" in first.stderr
     assert "Scores" in first.stdout
