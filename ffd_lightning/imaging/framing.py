@@ -28,6 +28,7 @@ _GRABCUT_ROUNDS = 8
 _MODEL = "isnet-general-use"  # of rembg: made for thin structures; its own default varies
 _FILTER = Image.Resampling.LANCZOS
 _LARGEST = 1536  # longer side of what is cut by a mask: several times what the network sees
+_ENOUGH = 12  # pixels of a photograph for one that the network sees, along each side
 _WORK_SIDE = 512  # about that of what the border's colour is looked for in
 
 
@@ -335,6 +336,12 @@ def _fit(cut: _Cut, height: int, width: int, fill: float) -> FramedPhoto:
     left, top, right, bottom = _object_box(cut)
     wide, high = right - left, bottom - top
     scale = min(fill * height / max(wide, high), width / wide, height / high)
+    if (shrink := int(1 / scale / _ENOUGH)) > 1:  # so many more would only take memory
+        rgb, coverage = (
+            np.asarray(Image.fromarray(x).reduce(shrink)) for x in (cut.rgb, cut.coverage)
+        )
+        cut = replace(cut, rgb=rgb, coverage=coverage, scale=cut.scale * shrink)
+        return _fit(cut, height, width, fill)
     x, y = (left + right - width / scale) / 2, (top + bottom - height / scale) / 2
     x0, y0 = math.floor(x) - 1, math.floor(y) - 1
     x1, y1 = math.ceil(x + width / scale) + 1, math.ceil(y + height / scale) + 1

@@ -155,6 +155,16 @@ def test_specks_do_not_decide_and_holes_are_white():
     assert "cropped to 60 x 40 at (50, 40)" in frame(alpha).steps
 
 
+def test_a_long_object_of_many_pixels_is_framed_as_it_is_with_fewer():
+    """Cut at full size, its surroundings would have 300 million pixels, more than Pillow allows."""
+    long = np.zeros((12_000, 400, 4), np.uint8)
+    long[600:-600, 100:300] = (120, 60, 20, 255)
+    large, small = (frame(Image.fromarray(long).reduce(k)) for k in (1, 20))
+    assert difference(large.image, small.image) < 0.5
+    cropped = large.steps[-2].split()  # in pixels of the photograph, about
+    assert [int(cropped[2]), int(cropped[4])] == pytest.approx([200, 10_800], abs=22)
+
+
 @pytest.mark.parametrize("shape", [(10, 300), (300, 10), (300, 300)])
 def test_nothing_is_distorted_or_cut_off(shape):
     mask = np.zeros((400, 400), np.uint8)
