@@ -47,11 +47,11 @@ class Split(NamedTuple):
         chosen = set(templates)
         left = Split(*(tuple(i for i in ids if i not in chosen) for ids in self))
         if not left.train or not left.test:
+            beside = f" beside {counted(len(templates), 'template')}" if templates else ""
+            fewer = ", take fewer templates (templates=t1 ... t30)" if templates else ""
             raise DataError(
-                f"{counted(sum(map(len, left)), 'shape')} beside "
-                f"{counted(len(templates), 'template')} leave {_counts(left)}: "
-                "add shapes, take fewer templates (templates=t1 ... t30) or change the split "
-                "(split=hash split.train_fraction=..., say)"
+                f"{counted(sum(map(len, left)), 'shape')}{beside}: {_counts(left)}; add "
+                f"shapes{fewer} or change the split (split=hash split.train_fraction=..., say)"
             )
         return left
 

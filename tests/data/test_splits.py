@@ -47,7 +47,7 @@ def test_known_assignment():
     """sha256("a") begins ca97..., i.e. 0.791 of the way; "b" 3e23..., 0.243."""
     assert split_ids(["a", "b"], 0.79) == (("b",), (), ("a",))
     assert AutoSplit(0.79)(shapes("ab")) == HashSplit(0.79)(shapes("ab"))
-    with pytest.raises(DataError, match="leave 2 to train on, 0 to validate on and 0 to test on"):
+    with pytest.raises(DataError, match="2 shapes: 2 to train on, 0 to validate on and 0 to test"):
         split_ids(["a", "b"], 0.80)
     with pytest.raises(ValueError, match=r"train_fraction=1 must lie in \(0, 1\)"):
         AutoSplit(1)

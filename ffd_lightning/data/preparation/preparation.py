@@ -40,6 +40,7 @@ from ffd_lightning.files import write_atomic
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.parallel import available_cores
 from ffd_lightning.progress import CountProgress
+from ffd_lightning.terminal import counted
 
 _PACKAGES = ("ffd_lightning", "numpy", "embreex")
 
@@ -228,8 +229,8 @@ class Preparation:
         done = len(ids) - len(todo)
         if self.progress:
             resumed = f" ({done} are done already)" if done else ""
-            what = "variants of shapes" if self.origins.keys() >= set(ids) else "shapes"
-            _say(f"preparing {len(ids)} {what} of {self.category} in {self.target}{resumed}")
+            what = counted(len(ids), "variant" if self.origins.keys() >= set(ids) else "shape")
+            _say(f"preparing {what} of {self.category} in {self.target}{resumed}")
         try:
             with CountProgress(self.category, len(ids), done, self.progress) as bar:
                 workers = self.workers or available_cores()
