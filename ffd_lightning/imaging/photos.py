@@ -6,7 +6,7 @@ import contextlib
 import io
 import warnings
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,10 +60,18 @@ def as_photo(picture: Image.Image | Bytes, name: str = "the photograph") -> Imag
     """
     try:
         if not isinstance(picture, Image.Image):
-            picture = Image.fromarray(np.asarray(picture))
+            picture = _of_array(np.asarray(picture))
         return _upright(picture)
     except Exception as error:  # a file may be decoded only now
         raise DataError(f"{name} cannot be read ({reason_of(error)})") from error
+
+
+def _of_array(array: NDArray[Any]) -> Image.Image:
+    try:
+        return Image.fromarray(array)
+    except TypeError:
+        known = "an array is (H, W) or (H, W, 3 or 4) uint8"
+        raise ValueError(f"{known}, this is {array.shape} {array.dtype}") from None
 
 
 def _upright(picture: Image.Image) -> Image.Image:

@@ -92,8 +92,14 @@ def of_files(
         DataError: none of the meshes can be used.
     """
     model.check_conditioned()
-    found = _sources(model, [places] if isinstance(places, str | Path) else places, up, float(yaw))
-    check_apart(places, data_root=root)
+    listed = [places] if isinstance(places, str) or not isinstance(places, Sequence) else places
+    if wrong := [place for place in listed if not isinstance(place, str | Path)]:
+        raise ConfigError(
+            "templates: give files, folders or patterns, or meshes by name, {'mine': mesh}; this "
+            f"is a {type(wrong[0]).__name__} without a name"
+        )
+    found = _sources(model, listed, up, float(yaw))
+    check_apart(listed, data_root=root)
     points, preparations = model.bank.points.shape[1], []
     for category, source in found.items():
         given = (source, category, points, model.render, Path(root).expanduser())
@@ -141,6 +147,8 @@ def of_meshes(
     check_orientation(up, yaw)
     if not meshes:
         raise ConfigError("templates: there are no meshes")
+    if files := [name for name, given in meshes.items() if isinstance(given, str | Path)]:
+        raise ConfigError(f"templates: {files[0]} is a file: give files as a list, without names")
     points, usable, rejected = model.bank.points.shape[1], {}, {}
     for name, given in meshes.items():
         try:

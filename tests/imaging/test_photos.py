@@ -73,3 +73,9 @@ def test_bad_files_are_refused_by_name(tmp_path, name):
     assert str(caught.value).startswith(str(tmp_path / "photo.png"))
     with pytest.raises(DataError, match=f"^upload .*{reason.removeprefix('is ')}"):
         read_photo(content, "upload")
+
+
+@pytest.mark.parametrize("array", [np.zeros((40, 50, 3)), np.zeros((3, 40, 50), np.uint8)])
+def test_an_array_that_is_no_picture_is_told_what_one_is(array):
+    with pytest.raises(DataError, match=r"\(H, W, 3 or 4\) uint8, this is \(.*40, 50"):
+        as_photo(array)

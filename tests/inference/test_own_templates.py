@@ -148,6 +148,8 @@ def test_mistakes_are_named(model, folder, tmp_path, checkpoint):
         (tmp_path, ConfigError, "data_root=.* lies in"),
         ([folder, shutil.copytree(folder, tmp_path / "x" / folder.name)], ConfigError, "rename"),
         ({}, ConfigError, "no meshes"),
+        ([flat], ConfigError, "a Trimesh without a name"),
+        ({"a": "a.obj"}, ConfigError, "files as a list"),
         ({"flat": flat}, DataError, "flat"),
     ):
         with pytest.raises(kind, match=words):
