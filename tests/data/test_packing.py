@@ -1,3 +1,7 @@
+import gc
+import sys
+import time
+
 import numpy as np
 import pytest
 from box_source import box_mesh
@@ -15,6 +19,7 @@ from ffd_lightning.data.preparation.packing import (
     unpack_points,
 )
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.parallel import in_threads
 
 NO_PARTS = np.zeros(3, np.uint8)
 
@@ -88,3 +93,26 @@ def test_large_indices_come_back():
 def test_damage_is_a_value_error(damage):
     with pytest.raises(ValueError, match=r"\w"):
         unpack_mesh(damage(pack_mesh(box_mesh(1), NO_PARTS)))
+
+
+class Collected:
+    """Garbage whose end lets another thread run: in the middle of what this one does."""
+
+    def __init__(self):
+        self.circle = self
+
+    def __del__(self):
+        time.sleep(0)
+
+
+def test_several_threads_may_unpack_at_once():
+    packed = pack_mesh(box_mesh(1), NO_PARTS)
+    interval, threshold = sys.getswitchinterval(), gc.get_threshold()
+    sys.setswitchinterval(1e-6)
+    gc.set_threshold(30, 2, 2)
+    try:
+        found = in_threads(lambda _: (Collected(), unpack_mesh(packed)), range(1000), 8)
+        assert sum(1 for _ in found) == 1000
+    finally:
+        sys.setswitchinterval(interval)
+        gc.set_threshold(*threshold)

@@ -7,6 +7,7 @@ of the bounding box's diagonal. Textures are WebP pictures; all else is exact to
 from __future__ import annotations
 
 import io
+import threading
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
@@ -24,6 +25,9 @@ POINT_STEP = 1 / 65534
 """What one unit of a packed coordinate is, in diagonals; half of it is the most that is lost."""
 UV_STEP = 1 / 4096
 """What one unit of a packed texture coordinate is, in widths or heights of the texture."""
+HEADERS = threading.Lock()
+"""For reading an array's header: numpy has Python parse it, whose version 3.11 raises a SystemError
+now and then where two threads parse at once (python/cpython#106905)."""
 _MAX_UV = 2**30 - 1  # so that differences are within 32 bits
 _QUALITY = 90  # of textures, of 100
 
@@ -96,18 +100,19 @@ def unpack_mesh(packed: bytes) -> tuple[Mesh, NDArray[np.uint8]]:
         ValueError: the bytes are damaged.
     """
     try:
-        with np.load(io.BytesIO(packed), allow_pickle=False) as arrays:
-            steps = _values(arrays["faces"], np.int32)
-            mesh = Mesh(
-                vertices=_values(arrays["vertices"], np.float32).astype(np.float64),
-                faces=np.cumsum(steps, dtype=np.int64).reshape(-1, 3),
-                face_colors=_values(arrays["face_colors"], np.uint8),
-                face_parts=arrays["face_parts"],
-                part_names=tuple(arrays["part_names"].tolist()),
-            )
-            if "textures" in arrays:
-                mesh = _with_textures(mesh, arrays)
-            return mesh, arrays["point_parts"]
+        with HEADERS, np.load(io.BytesIO(packed), allow_pickle=False) as archive:
+            arrays = dict(archive)
+        steps = _values(arrays["faces"], np.int32)
+        mesh = Mesh(
+            vertices=_values(arrays["vertices"], np.float32).astype(np.float64),
+            faces=np.cumsum(steps, dtype=np.int64).reshape(-1, 3),
+            face_colors=_values(arrays["face_colors"], np.uint8),
+            face_parts=arrays["face_parts"],
+            part_names=tuple(arrays["part_names"].tolist()),
+        )
+        if "textures" in arrays:
+            mesh = _with_textures(mesh, arrays)
+        return mesh, arrays["point_parts"]
     except (OSError, LookupError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise ValueError(f"{type(error).__name__}: {error}") from None
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.data.preparation.packing import (
+    HEADERS,
     unpack_camera,
     unpack_image,
     unpack_mesh,
@@ -288,7 +289,8 @@ def _place(file: IO[bytes], name: str) -> _Place:
         entry = archive.getinfo(f"{name}.npy")
         with archive.open(entry) as array:
             np.lib.format.read_magic(array)
-            shape, _, dtype = np.lib.format.read_array_header_1_0(array)
+            with HEADERS:
+                shape, _, dtype = np.lib.format.read_array_header_1_0(array)
             header = array.tell()
     file.seek(entry.header_offset + 26)  # the lengths of the entry's name and extra field
     name_size, extra_size = struct.unpack("<HH", file.read(4))
