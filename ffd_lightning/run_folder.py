@@ -56,9 +56,9 @@ class RunFolder:
         if not run.path.exists():
             raise ConfigError(f"there is no run {run.path}")
         if not run.config.is_file():
-            below = sorted(file.parent for file in run.path.rglob("config.yaml"))
-            below.sort(key=lambda folder: not cls(folder).checkpoint.is_file())  # rather trained
-            hint = f": is {below[0]} meant?" if below else ""
+            below = [cls(file.parent) for file in run.path.rglob("config.yaml")]
+            below.sort(key=lambda run: (not run.checkpoint.is_file(), run.path))  # trained first
+            hint = f": is {below[0].path} meant?" if below else ""
             raise ConfigError(f"{run.path} is not a run folder: it has no config.yaml{hint}")
         return run
 

@@ -54,7 +54,7 @@ def test_the_wheel_has_all_commands_and_works_from_any_folder(
     Image.fromarray(picture).save(tmp_path / "photo.png")
     own = ("--config-dir", "my_conf")
     commands = {
-        ("train", "-m", *own, "regime=own", *SETTINGS, "callbacks.report=true"): "own",
+        ("train", "-m", *own, "regime=own", *SETTINGS, "callbacks.report=true"): "Scores",
         ("status", "runs=runs"): "1 finished",
         ("train", *own, "--help", "all"): "a regime of one's own",
         ("sweep", "regimes", "--quick", "--dry-run"): "regime=b,w,e,r",
