@@ -245,7 +245,8 @@ class TrainerConfig:
         accelerator, devices, strategy: see `lightning.Trainer`.
         val_every: steps between validations.
         checkpoint_every: steps between checkpoints.
-        precision: `bf16-mixed` runs the network, and nothing else, in bfloat16.
+        precision: `bf16-mixed` runs the network, and nothing else, in bfloat16, `16-mixed` in
+            float16.
         residency: where images and clouds are kept while training: files, or the device that
             trains.
         num_workers: the data loader's processes, by default none on the CPU and some beside a GPU.
@@ -259,7 +260,7 @@ class TrainerConfig:
     checkpoint_every: Positive
     devices: str = "1"
     strategy: str = "auto"
-    precision: str = "32-true"
+    precision: Literal["32-true", "bf16-mixed", "16-mixed"] = "32-true"
     residency: Literal["auto", "disk", "device"] = "auto"
     num_workers: NotNegative | None = None
     compile: bool = False

@@ -61,9 +61,10 @@ def explain(error: BaseException) -> str:
         message = f"{message}: {cause}"
     if isinstance(error, OverrideParseException):
         line = error.override or ""
+        key, equals, value = line.partition("=")
+        twice = f"""; quoted twice, any value is read: '{key}="{value}"'""" if equals else ""
         return (
             f"{message if line in message else f'{line}: {message}'}: write group=option or "
-            "key=value, quoted for the shell where needed; a value with braces is quoted twice, "
-            "'key=\"a{b}\"'"
+            f"key=value, quoted for the shell where needed{twice}"
         )
     return message

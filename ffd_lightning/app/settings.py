@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 import yaml
 from omegaconf import OmegaConf
@@ -68,7 +68,9 @@ def _value(text: str, hint: Any) -> Any:
     kind = components.described(hint)
     null = text == "null" and kind.endswith("or null")
     if kind.startswith("a list") and not null and not text.startswith("["):
-        return [text]  # one is a list of one
+        if list[str] in (hint, *get_args(hint)):
+            return [text]  # one is a list of one: names of files may hold commas
+        text = f"[{text}]"
     try:
         found: Any = OmegaConf.to_container(OmegaConf.create(f"value: {text}"))
         return found["value"]

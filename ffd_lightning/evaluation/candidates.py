@@ -134,14 +134,14 @@ class TemplateShape(Candidate):
 
         `bending` is the energy of the offsets, see `geometry.ffd.bending_energy`.
         """
-        mesh, _ = self.bank.subdivided(self.index)
+        (mesh, _), edges = self.bank.subdivided(self.index), self.bank.edges(self.index)
         still = torch.zeros_like(self.bank.control_points[0])
         offsets = still if self.offsets is None else torch.from_numpy(self.offsets)
         jacobians = deformation_jacobian(
             torch.from_numpy(mesh.vertices), self.bank.lattices[self.index], offsets.double()
         )
         return {
-            **distortion(mesh.vertices, self.mesh()[0], mesh.faces, jacobians.numpy()),
+            **distortion(mesh.vertices, self.mesh()[0], mesh.faces, edges, jacobians.numpy()),
             "bending": float(bending_energy(offsets, self.bank.degrees)),
         }
 

@@ -107,6 +107,7 @@ MISTAKES = [
     # values
     (["schedule.steps=abc"], ["schedule.steps=abc must be a whole number"]),
     (["encoder.width=0"], ["encoder.width=0 leaves no channels"]),
+    (["trainer.precision=8"], ["trainer.precision=8 must be one of 32-true, bf16-mixed"]),
     (["data.render.azimuths=[]"], ["data.render.azimuths=[] needs an angle"]),
     (["encoder.weights=/no/such.h5"], ["encoder.weights=/no/such.h5 is not a file"]),
     # what does not go together
@@ -117,7 +118,7 @@ MISTAKES = [
     ),
     (["schedule=paper"], ["encoder.weights=mobilenet_2_5_192_tf_no_top.h5 (https://", "=none"]),
     # spelling of the command line
-    (["split.file={category}.json"], ["split.file={category}.json", "quoted twice"]),
+    (["split.file={category}.json"], ["""'split.file="{category}.json"'"""]),
 ]
 
 

@@ -16,6 +16,7 @@ from PIL import Image
 from ffd_lightning.app.commands import predict
 from ffd_lightning.app.commands.predict import Settings, find_jobs, predict_files
 from ffd_lightning.app.open_run import open_run
+from ffd_lightning.app.settings import read_settings
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import lock_folder
@@ -223,6 +224,11 @@ def test_the_command_says_what_it_did(checkpoint, photos, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "out"]
     alone = run_command("predict", f"run={checkpoint}", "preview=false", cwd=tmp_path / "in")
     assert "4 of 4 photographs done" in alone.stdout
+
+
+def test_a_list_needs_no_brackets_and_names_may_hold_commas():
+    settings = read_settings(Settings, ["box=1,2,30,40", "image=a,b.png"])
+    assert (settings.box, settings.image) == ((1, 2, 30, 40), ["a,b.png"])
 
 
 def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, tmp_path):

@@ -24,6 +24,7 @@ from ffd_lightning.geometry.ffd import Degrees, Lattice, TemplateSample, deform,
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, mean_colors, normalize, renumber_parts
 from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.geometry.subdivision import subdivide_mesh
+from ffd_lightning.metrics.distortion import unique_edges
 
 _DIVISIONS = 2  # of a small face's edges, where its texture is averaged
 
@@ -94,6 +95,7 @@ class TemplateBank:
     max_edge: float = 0.02
     boxes: Float[Tensor, "templates 2 3"] | None = None
     _subdivided: dict[int, tuple[Mesh, Tensor]] = field(default_factory=dict, init=False)
+    _edges: dict[int, NDArray[np.int64]] = field(default_factory=dict, init=False)
 
     @classmethod
     def of(
@@ -270,6 +272,13 @@ class TemplateBank:
             matrix = deformation_matrix(torch.from_numpy(fine.vertices), self.lattices[index])
             self._subdivided[index] = fine, matrix.float()
         return self._subdivided[index]
+
+    def edges(self, index: int) -> NDArray[np.int64]:
+        """Return the edges of a template's subdivided mesh, (E, 2)."""
+        if index not in self._edges:
+            mesh, _ = self.subdivided(index)
+            self._edges[index] = unique_edges(mesh.vertices, mesh.faces)
+        return self._edges[index]
 
     def deformed_mesh(self, index: int, offsets: Float[Tensor, "control 3"]) -> Mesh:
         """Return a template's subdivided mesh, deformed by offsets (M, 3)."""
