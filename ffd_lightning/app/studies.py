@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import OverrideParseException
 
 from ffd_lightning import components
 from ffd_lightning.app.config import Data, TrainConfig
 from ffd_lightning.app.configuration import compose_config, jobs, typed_config
+from ffd_lightning.components import Positive
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.source import Source
 from ffd_lightning.errors import ConfigError
@@ -35,15 +38,31 @@ class Bounds:
     high: float
     log: bool = False
 
+    def __post_init__(self) -> None:
+        """Refuse what holds no value."""
+        if not (0 if self.log else -math.inf) < self.low < self.high < math.inf:
+            above = "above 0 and " if self.log else ""
+            raise ValueError(f"low={self.low:g} must be {above}below high={self.high:g}")
+
 
 @dataclass(frozen=True)
 class Search:
     """A search for the settings whose `measure`, averaged over what the study sweeps, is best."""
 
     parameters: Mapping[str, Bounds]
-    trials: int = 50
-    quick_trials: int = 4
+    trials: Positive = 50
+    quick_trials: Positive = 4
     measure: str = "chamfer"
+
+    def __post_init__(self) -> None:
+        """Refuse a search for nothing."""
+        if not self.parameters:
+            raise ValueError("parameters must name settings and their bounds")
+
+    @property
+    def first(self) -> list[str]:
+        """Overrides with the least value of each setting."""
+        return [f"{key}={bounds.low!r}" for key, bounds in self.parameters.items()]
 
 
 @dataclass(frozen=True)
@@ -77,7 +96,17 @@ def load_study(file: Path) -> Study:
         raise ConfigError(f"no study {file.stem!r}: {file.parent} has {names or 'none'}")
     try:
         content = yaml.safe_load(file.read_text(encoding="utf-8"))
-        study: Study = components.build(Study, dict(content), "")
+        if not isinstance(content, dict):
+            raise ValueError("it must hold settings by name")
+        study: Study = components.build(Study, content, "")
+        parts: list[Study | Stage] = [study, *study.stages]
+        for part in parts:
+            OverridesParser.create().parse_overrides([*part.overrides, *part.quick])
+    except OverrideParseException as error:
+        raise ConfigError(
+            f"{file} is not a study: {error.override} is not key=value; within brackets YAML takes "
+            "commas as its own, unless quoted: ['regime=b,e', seed=0]"
+        ) from None
     except (ConfigError, TypeError, ValueError, yaml.YAMLError) as error:
         reason = " ".join(str(error).split())
         raise ConfigError(f"{file} is not a study: {reason}") from None
@@ -91,11 +120,12 @@ def sweeps(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> li
     study are where its stages look for them, and only what a user adds is seen in the name. Their
     overrides replace the study's of the same key.
     """
-    parser, result = OverridesParser.create(), []
+    result = []
     for stage in study.stages or [Stage()]:
         own = [*study.overrides, *stage.overrides]
         own = merged([*own, *study.quick, *stage.quick] if quick else own)
-        fixed = [x for x in own if not parser.parse_override(x).is_sweep_override()]
+        parsed = OverridesParser.create().parse_overrides(own)
+        fixed = [x for x, o in zip(own, parsed, strict=True) if not o.is_sweep_override()]
         quoted = ('"{}"'.format(x.replace("\\", "\\\\").replace('"', '\\"')) for x in fixed)
         result.append([*merged([f"name={name}", *own, *overrides]), f"base=[{','.join(quoted)}]"])
     return result

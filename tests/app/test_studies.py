@@ -137,6 +137,12 @@ def test_the_users_overrides_win_over_quick_over_the_stages_over_the_studys(tmp_
             "question: Why?\nsearch: {parameters: {seed: {low: 1}}}",
             r"must be given: search\.parameters\.seed\.high",
         ),
+        (
+            "question: Why?\nsearch: {parameters: {min_weight: {low: 0, high: 1, log: true}}}",
+            r"search\.parameters\.min_weight\.low=0 must be above 0 and below high=1",
+        ),
+        ("question: Why?\nstages: [{overrides: [regime=b,e]}]", "e is not key=value"),
+        ("", "it must hold settings by name"),
     ],
 )
 def test_what_is_no_study(tmp_path, text, message):

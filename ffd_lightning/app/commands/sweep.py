@@ -98,7 +98,8 @@ def run_study(request: Request) -> int:
     name = value_of("name", request.overrides, f"{stem}-quick" if request.quick else stem)
     overrides = ["callbacks.report=false", *request.overrides]  # one at the end instead
     stages = sweeps(study, name, request.quick, overrides)
-    first, problems = check_study(stages, request.config_dir)
+    tried = study.search.first if study.search else []
+    first, problems = check_study([[*stage, *tried] for stage in stages], request.config_dir)
     folder = Path(first.paths.runs) / name
     print(f"{study.question}\n\n{folder}\n", flush=True)
     if request.dry_run:
