@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import os
+import re
 import sys
 from collections.abc import Sequence
 
@@ -62,7 +63,9 @@ def run(name: str, arguments: Sequence[str] | None = None) -> None:
     """Run one of `COMMANDS`, with the arguments of the command line by default; exits."""
     from ffd_lightning.app.messages import shown
 
-    given = list(sys.argv[1:] if arguments is None else arguments)
+    words, home = sys.argv[1:] if arguments is None else arguments, os.path.expanduser("~")
+    # A shell expands `~` at the start of a word alone, not that of data.root=~/meshes.
+    given = [re.sub(r'(?<=[=\[,"])~(?=/)', lambda _: home, word) for word in words]
     os.environ[_COMMAND] = name
     module = importlib.import_module(f"ffd_lightning.app.commands.{name}")
     schema = getattr(module, "Settings", None)

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from commands import run_command
 
 from ffd_lightning import __version__, components
 from ffd_lightning.app import main as entry
@@ -87,3 +88,18 @@ def test_mistakes_in_settings_are_one_message(arguments, message, capsys):
     assert found.startswith("error: ")
     assert message in found
     assert len(found.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["status", "runs=~/nowhere"],
+        ["prepare", "category=chair", "data=folder", "data.root=~/nowhere"],
+    ],
+)
+def test_a_tilde_is_the_home_folder(arguments, monkeypatch, tmp_path):
+    """Of every setting: a shell replaces it at the start of a word alone."""
+    monkeypatch.setenv("HOME", str(tmp_path))
+    done = run_command(*arguments, cwd=tmp_path)
+    assert done.returncode == 1
+    assert f"{tmp_path}/nowhere" in done.stderr

@@ -49,7 +49,7 @@ class Settings(TemplateSettings):
 
 def main(settings: Settings) -> int:
     """Export the run that is named, and print what was written."""
-    out = Path(settings.out).expanduser()
+    out = Path(settings.out)
     if out.suffix != ".ckpt":
         check_out(out)  # before the checkpoint is read
     checkpoint = checkpoint_of(settings.checkpoint or settings.run)

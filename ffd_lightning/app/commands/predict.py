@@ -165,7 +165,7 @@ def predict_files(settings: Settings) -> list[Outcome]:
     A photograph that cannot be used does not stop the others. What is there already, from the same
     photograph, checkpoint and settings, is not made again.
     """
-    out = Path(settings.out).expanduser()
+    out = Path(settings.out)
     if settings.image is None and not ALONE:
         raise ConfigError("image= names no photograph: give a file, a folder or a pattern")
     jobs = find_jobs(settings.image or [str(_PHOTOS)], settings.mask, out)
@@ -342,7 +342,7 @@ def find_jobs(image: str | Sequence[str], mask: str | None, out: Path) -> list[J
         images = list(dict.fromkeys(path for entry in entries for path in _expand(entry)))
         if not images:
             raise ConfigError(f"image={','.join(entries)}: no images there")
-        masks = [None for _ in images] if mask is None else _masks(images, Path(mask).expanduser())
+        masks = [None for _ in images] if mask is None else _masks(images, Path(mask))
     except OSError as error:  # a name may be too long, or a folder closed
         name = str(error.filename)
         short = name if len(name) < 200 else f"{name[:100]}..."
@@ -352,7 +352,7 @@ def find_jobs(image: str | Sequence[str], mask: str | None, out: Path) -> list[J
 
 
 def _expand(entry: str) -> list[Path]:
-    path = Path(entry).expanduser()
+    path = Path(entry)
     if path.is_dir():
         return sorted(file for file in path.iterdir() if file.suffix.lower() in _SUFFIXES)
     if path.exists() or not glob.has_magic(entry):

@@ -79,7 +79,7 @@ def open_shared(settings: Settings) -> Shared:
     own = named_templates(settings, predictor.model, settings.data_root or "data")
     predictor = predictor if own is None else predictor.told(own, beside=settings.beside)
     shapes, note = None, "A checkpoint alone: open a photo."
-    path = None if settings.run is None else Path(settings.run).expanduser()
+    path = None if settings.run is None else Path(settings.run)
     if path is not None and path.is_dir():
         from ffd_lightning.app.open_run import open_data  # loads Lightning
 
@@ -91,8 +91,8 @@ def open_shared(settings: Settings) -> Shared:
             note = f"No test shapes, photos only: {error}"
     if settings.image is None:
         return Shared(predictor, shapes, None, note)
-    mask = None if settings.mask is None else file_bytes(Path(settings.mask).expanduser())
-    image = Path(settings.image).expanduser()
+    mask = None if settings.mask is None else file_bytes(Path(settings.mask))
+    image = Path(settings.image)
     photo = Photo(image.name, file_bytes(image), mask)
     shared = Shared(predictor, shapes, photo, note)
     shared.open_photo(photo)  # what is wrong with it is said before anybody looks
