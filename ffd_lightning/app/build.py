@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import torch
-from lightning import Callback
+from lightning import Callback, Trainer
+from lightning.pytorch.utilities.exceptions import MisconfigurationException
 from torch.optim import Optimizer
 from torch.optim.lr_scheduler import LRScheduler
 
-from ffd_lightning.app.config import PrepareConfig, RegimeConfig, TrainConfig
+from ffd_lightning.app.config import PrepareConfig, RegimeConfig, TrainConfig, TrainerConfig
 from ffd_lightning.app.first_weights import load_first_weights, load_network_weights
 from ffd_lightning.components import Component
 from ffd_lightning.data.datamodule import FfdDataModule
@@ -215,6 +217,21 @@ def build_protocol(chosen: Component) -> Protocol:
     return protocol
 
 
+def build_trainer(cfg: TrainerConfig, **settings: Any) -> Trainer:
+    """Return a Trainer for the devices that are asked for."""
+    logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)  # devices, tips, farewells
+    try:
+        return Trainer(
+            accelerator=cfg.accelerator,
+            devices=int(cfg.devices) if cfg.devices.isdecimal() else cfg.devices,
+            strategy=cfg.strategy,
+            precision=cfg.precision,
+            **settings,
+        )
+    except (MisconfigurationException, TypeError, ValueError) as error:
+        raise ConfigError(f"trainer: {' '.join(str(error).split())}") from error
+
+
 def build_all(cfg: TrainConfig) -> None:
     """Build whatever a training needs but its data, to see that it can be built."""
     with torch.random.fork_rng(devices=[]):
@@ -225,6 +242,7 @@ def build_all(cfg: TrainConfig) -> None:
             module.make_scheduler(optimizer, cfg.schedule.steps)
         build_callbacks(cfg)
         build_protocol(cfg.protocol)
+        build_trainer(cfg.trainer, logger=False, enable_checkpointing=False)
 
 
 def _built(chosen: Component, kind: Callable[..., _Kind], **context: Any) -> _Kind:

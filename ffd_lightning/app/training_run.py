@@ -14,7 +14,6 @@ import torch
 from lightning import Trainer, seed_everything
 from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.utilities import rank_zero_only
-from lightning.pytorch.utilities.exceptions import MisconfigurationException
 
 from ffd_lightning.app import identity
 from ffd_lightning.app.build import (
@@ -23,6 +22,7 @@ from ffd_lightning.app.build import (
     build_module,
     build_network,
     build_protocol,
+    build_trainer,
 )
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import EvaluateConfig, TrainConfig
@@ -114,7 +114,6 @@ def _rank() -> int:
 
 
 def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
-    logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)  # devices, tips, farewells
     seed_everything(cfg.seed, verbose=False)
     data = build_data(cfg)
     data.prepare_data()
@@ -315,12 +314,8 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
         # Steps after the checkpoint are done again: hide what the killed attempt wrote of them.
         purge_step=done + 1 if done else None,
     )
-    devices = cfg.trainer.devices
-    settings: dict[str, Any] = dict(
-        accelerator=cfg.trainer.accelerator,
-        devices=int(devices) if devices.isdecimal() else devices,
-        strategy=cfg.trainer.strategy,
-        precision=cfg.trainer.precision,
+    return build_trainer(
+        cfg.trainer,
         max_steps=cfg.schedule.steps,
         max_epochs=-1,
         val_check_interval=min(cfg.trainer.val_every, cfg.schedule.steps),
@@ -333,7 +328,3 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
         enable_model_summary=False,
         default_root_dir=run.path,
     )
-    try:
-        return Trainer(**settings)
-    except (MisconfigurationException, TypeError, ValueError) as error:
-        raise ConfigError(f"trainer: {' '.join(str(error).split())}") from error

@@ -116,6 +116,7 @@ MISTAKES = [
         ["data=shapenet", "data.root=.", "data.images=r2n2", "data.render.azimuths=[0]"],
         ["azimuths means nothing here, as data=shapenet has images", "azimuths=[45.0]"],
     ),
+    (["trainer=cpu", "trainer.devices=0"], ["trainer: ", "devices"]),
     (["schedule=paper"], ["encoder.weights=mobilenet_2_5_192_tf_no_top.h5 (https://", "=none"]),
     # spelling of the command line
     (["split.file={category}.json"], ["""'split.file="{category}.json"'"""]),

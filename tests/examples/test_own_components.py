@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from commands import ROOT, in_one_process, killed_training, python
+from commands import ROOT, in_one_process, killed_training, python, run_command
 from PIL import Image
 
 TINY = (
@@ -116,10 +116,9 @@ def test_predicts_from_the_checkpoint_alone(used, packages, tmp_path):
     picture[20:45, 25:60] = (120, 60, 30)
     Image.fromarray(picture).save(tmp_path / "photo.png")
     words = ("predict", "run=model.ckpt", "image=photo.png", "preview=false", "points=50")
-    command = ("-m", "ffd_lightning", *words)
-    done = python(*command, folder=tmp_path, path=f"{ROOT}:{packages}")
+    done = python("-m", "ffd_lightning", *words, folder=tmp_path, path=f"{ROOT}:{packages}")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "predictions" / "photo" / "mesh.glb").is_file()
-    done = python(*command, "out=others", folder=tmp_path)
+    done = run_command(*words, "out=others", cwd=tmp_path)  # here it is not installed
     assert done.returncode == 1
     assert "encoder 'patches' comes from own-components 0.1.0, which is not here" in done.stderr
