@@ -16,7 +16,7 @@ from torch.optim.lr_scheduler import LRScheduler
 from ffd_lightning.app.config import PrepareConfig, RegimeConfig, TrainConfig, TrainerConfig
 from ffd_lightning.app.first_weights import load_first_weights, load_network_weights
 from ffd_lightning.components import Component
-from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.datamodule import FfdDataModule, check_split
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.source import Source
 from ffd_lightning.errors import ConfigError
@@ -242,7 +242,8 @@ def build_all(cfg: TrainConfig) -> None:
             module.make_scheduler(optimizer, cfg.schedule.steps)
         build_callbacks(cfg)
         build_protocol(cfg.protocol)
-        build_trainer(cfg.trainer, logger=False, enable_checkpointing=False)
+        trainer = build_trainer(cfg.trainer, logger=False, enable_checkpointing=False)
+        check_split(cfg.schedule.batch_size, trainer.world_size)
 
 
 def _built(chosen: Component, kind: Callable[..., _Kind], **context: Any) -> _Kind:

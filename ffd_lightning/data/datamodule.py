@@ -75,6 +75,15 @@ class _Indices(Dataset[BatchIndices]):
         return np.stack([rng.choice(*size, replace=False, shuffle=False) for _ in range(clouds)])
 
 
+def check_split(batch_size: int, devices: int) -> None:
+    """Raise a ConfigError if devices cannot share a batch, two images or more each."""
+    if batch_size % devices or batch_size == devices > 1:
+        raise ConfigError(
+            f"schedule.batch_size={batch_size} cannot be split evenly over {devices} devices, two "
+            "images or more each"
+        )
+
+
 class TrainingIndices(_Indices):
     """Item k is what training step k sees: whole passes over the shuffled shapes, end to end.
 
@@ -91,11 +100,7 @@ class TrainingIndices(_Indices):
     ) -> None:
         super().__init__(*args)
         self.pool = pool
-        if self.batch_size % world_size or self.batch_size == world_size > 1:
-            raise ConfigError(
-                f"schedule.batch_size={self.batch_size} cannot be split evenly over {world_size} "
-                "devices, two images or more each"
-            )
+        check_split(self.batch_size, world_size)
         self.rank, self.world_size = rank, world_size
 
     def __getitem__(self, step: int) -> BatchIndices:

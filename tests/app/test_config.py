@@ -117,6 +117,7 @@ MISTAKES = [
         ["azimuths means nothing here, as data=shapenet has images", "azimuths=[45.0]"],
     ),
     (["trainer=cpu", "trainer.devices=0"], ["trainer: ", "devices"]),
+    (["trainer=cpu", "trainer.devices=3"], ["schedule.batch_size=32", "over 3 devices"]),
     (["schedule=paper"], ["encoder.weights=mobilenet_2_5_192_tf_no_top.h5 (https://", "=none"]),
     # spelling of the command line
     (["split.file={category}.json"], ["""'split.file="{category}.json"'"""]),
