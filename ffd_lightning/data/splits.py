@@ -164,9 +164,14 @@ class ListedSplit:
                 listed = _read_table(text, synset) if "split" in columns else _read_lines(text)
         except (OSError, ValueError, KeyError, AttributeError) as error:
             raise ConfigError(f"split.file={self.file} cannot be read: {error}") from None
-        if not listed:
-            raise ConfigError(f"split.file={self.file} lists no shapes of {shapes.category}")
-        return {name.strip().rstrip("/").rsplit("/", 1)[-1]: listed[name] for name in listed}
+        found = {name.strip().rstrip("/").rsplit("/", 1)[-1]: listed[name] for name in listed}
+        if not found.keys() & {*shapes.ids, *shapes.rejected}:
+            others = f"it has {next(iter(found))!r}, say, where " if found else ""
+            raise ConfigError(
+                f"split.file={self.file} lists no shapes of {shapes.category}: {others}these are "
+                f"called {shapes.ids[0]!r} and so on"
+            )
+        return found
 
 
 def make_split(

@@ -124,6 +124,7 @@ def test_shapes_that_a_list_does_not_name_are_left_out(tmp_path, caplog):
 def test_lists_that_cannot_be_used(tmp_path):
     for name, text, message in (
         ("s.txt", "", "lists no shapes of chair"),
+        ("s.txt", "a.obj\n", "it has 'a.obj', say, where these are called 'a' and so on"),
         ("s.txt", "a train\nb dev\n", "'dev' for one of train, val, test"),
         ("s.txt", "a train\nb\n", "cannot be read: 'b' is not `<id> <subset>`"),
         ("s.csv", "id,synsetId,split\na,04379243,train\n", "lists no shapes of chair"),
