@@ -120,12 +120,11 @@ def sweeps(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> li
     study are where its stages look for them, and only what a user adds is seen in the name. Their
     overrides replace the study's of the same key.
     """
-    result = []
+    parser, result = OverridesParser.create(), []
     for stage in study.stages or [Stage()]:
         own = [*study.overrides, *stage.overrides]
         own = merged([*own, *study.quick, *stage.quick] if quick else own)
-        parsed = OverridesParser.create().parse_overrides(own)
-        fixed = [x for x, o in zip(own, parsed, strict=True) if not o.is_sweep_override()]
+        fixed = [x for x in own if not parser.parse_override(x).is_sweep_override()]
         quoted = ('"{}"'.format(x.replace("\\", "\\\\").replace('"', '\\"')) for x in fixed)
         result.append([*merged([f"name={name}", *own, *overrides]), f"base=[{','.join(quoted)}]"])
     return result
