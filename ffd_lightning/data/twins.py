@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,20 +38,20 @@ _NAMED = 3  # groups
 _DIRECTIONS = np.array([v for v in product((-1, 0, 1), repeat=3) if v > (0, 0, 0)], np.float32)
 _DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
 
-_known: dict[tuple[str, str], dict[str, str]] = {}
-
 
 def twins(prepared: PreparedSet) -> dict[str, str]:
     """Return the shapes that have twins, each with the least id of its group, by id.
 
     Twins of twins are twins. Clouds of fewer than 2,048 points have none: they are too coarse. For
-    7,000 shapes it takes about half a minute. What a process has found it keeps, for the many runs
-    that it may open. The set is of one category.
+    7,000 shapes it takes about half a minute, the first time; see `PreparedSet.measured`.
     """
-    key = str(prepared.path), prepared.digest
-    if key not in _known:
-        _known[key] = _groups(prepared)
-    return _known[key]
+
+    def measure() -> dict[str, Any]:
+        groups = _groups(prepared)
+        return {"ids": np.array(list(groups)), "first": np.array(list(groups.values()))}
+
+    found = prepared.measured("twins", measure)
+    return dict(zip(found["ids"].tolist(), found["first"].tolist(), strict=True))
 
 
 def twin_note(found: Mapping[str, str], published: Mapping[str, str]) -> str:

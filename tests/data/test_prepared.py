@@ -7,6 +7,7 @@ import pytest
 import trimesh
 from box_source import RENDER, BoxSource, box_mesh, loads, prepare_boxes
 
+from ffd_lightning.data.preparation import prepared
 from ffd_lightning.data.preparation.packing import POINT_STEP
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import DataError
@@ -95,6 +96,21 @@ def test_a_file_that_was_made_anew_is_read_by_a_set_that_is_open(copy):
     file.unlink()
     np.savez(file, **(content | {"points": before[::-1]}))
     np.testing.assert_array_equal(copy.packed_cloud(0), before[::-1])
+
+
+def test_what_is_measured_of_a_set_is_measured_once(copy, monkeypatch):
+    def length(of, known):
+        monkeypatch.setattr(prepared, "_measured", {})  # as in another process
+        return of.measured("length", lambda: {"n": np.array([known])})["n"].tolist()
+
+    assert length(copy, 1) == length(copy, 2) == [1]
+    assert length(copy.without(["b00"]), 3) == [3]
+    file = next(copy.path.glob(f"length-{copy.digest[:16]}.npz"))
+    file.write_bytes(file.read_bytes()[:-30])
+    assert length(copy, 4) == length(copy, 5) == [4]
+    file.unlink()
+    file.mkdir()  # as in a folder that cannot be written to
+    assert length(copy, 6) == [6]
 
 
 @pytest.mark.parametrize(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import os
 import struct
 import zipfile
 import zlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -26,12 +28,17 @@ from ffd_lightning.data.preparation.packing import (
 )
 from ffd_lightning.data.preparation.prepared_shape import shape_file
 from ffd_lightning.errors import DataError, is_of_machine
+from ffd_lightning.files import atomic_file
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, renumber_parts
 from ffd_lightning.imaging.camera import Camera
 
 MANIFEST = "manifest.json"
 FORMAT_VERSION = 4
-"""Goes up when the same settings give another set, so that prepared data is built anew."""
+"""Goes up when the same settings give another set, or `measured` another measurement of it, so that
+prepared data is built anew."""
+
+_HELD = 32  # measurements in memory, of a few MB each
+_measured: dict[Path, dict[str, Any]] = {}
 
 
 @dataclass(frozen=True)
@@ -183,6 +190,28 @@ class PreparedSet:
     def camera(self, row: int, view: int = 0) -> Camera:
         """Return the camera that took an image; where it is unknown, one that frames the shape."""
         return unpack_camera(self._read(row, "cameras")[view])
+
+    def measured(self, name: str, measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """Return arrays that take long to compute from a set of one category: only once.
+
+        They are kept in memory and in its folder, unless this is read-only. What they depend on
+        besides the set is in their `name`.
+        """
+        file = self.paths[0] / f"{name}-{self.digest[:16]}.npz"
+        if file not in _measured:
+            try:
+                with np.load(file, allow_pickle=False) as arrays:
+                    found = dict(arrays)
+            except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error):
+                found = measure()
+                content = io.BytesIO()
+                np.savez(content, **found)
+                with suppress(OSError), atomic_file(file) as target:
+                    target.write(content.getvalue())
+            if len(_measured) >= _HELD:
+                del _measured[next(iter(_measured))]
+            _measured[file] = found
+        return _measured[file]
 
     def spread_views(
         self, rows: Sequence[int] | NDArray[np.int64], count: int

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -21,10 +22,7 @@ _LEAST_SPREAD = 0.25  # of logarithms: an outlier is three times as far off as u
 _MOST_OUTLIERS = 0.2  # of a set
 _MAD_TO_STD = 1.4826  # of a normal distribution
 _WORTH_A_BAR = 200  # shapes: fewer take no second
-_KEPT = 16  # tables of 4 MB
 _TIE = 1e-9
-
-_known: dict[tuple[str, object, int], ShapeDistances] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +65,8 @@ class ShapeDistances:
 def shape_distances(prepared: PreparedSet, at_least: int = 0) -> ShapeDistances:
     """Return the distances between the shapes of a set, of `CANDIDATES` of a larger set.
 
-    For 1,000 shapes it takes about 13 seconds of one core, for 500 a quarter. What a process has
-    found it keeps, for the many runs that it may open.
+    For 1,000 shapes it takes about 13 seconds of one core, for 500 a quarter, the first time; see
+    `PreparedSet.measured`.
 
     Args:
         prepared: a set of one category.
@@ -78,25 +76,22 @@ def shape_distances(prepared: PreparedSet, at_least: int = 0) -> ShapeDistances:
         found, own = shape_distances(prepared.whole), list(prepared.taken)
         return ShapeDistances(np.arange(len(own)), found.points[own], found.table[np.ix_(own, own)])
     size = min(len(prepared), max(CANDIDATES, at_least))
-    key = (str(prepared.path), prepared.digest, size)
-    if key not in _known:
-        if len(_known) >= _KEPT:
-            del _known[next(iter(_known))]
-        _known[key] = _measure(prepared, size)
-    return _known[key]
+    kept = prepared.measured(f"distances-{size}", lambda: _measure(prepared, size))
+    return ShapeDistances(kept["rows"], torch.from_numpy(kept["points"]), kept["table"])
 
 
-def _measure(prepared: PreparedSet, size: int) -> ShapeDistances:
+def _measure(prepared: PreparedSet, size: int) -> dict[str, Any]:
     rows = spread_rows(len(prepared), size)
-    points = torch.from_numpy(np.stack([prepared.cloud(int(row), POINTS) for row in rows]))
+    points = np.stack([prepared.cloud(int(row), POINTS) for row in rows])
+    clouds = torch.from_numpy(points)
     table = np.zeros((size, size), np.float32)
     label = f"{prepared.category(0)}: distances"
     with CountProgress(label, size, 0, size >= _WORTH_A_BAR) as bar:
         for k in range(size):
             if k + 1 < size:
-                table[k, k + 1 :] = chamfer_distance(points[k], points[k + 1 :], "mean").numpy()
+                table[k, k + 1 :] = chamfer_distance(clouds[k], clouds[k + 1 :], "mean").numpy()
             bar.advance()
-    return ShapeDistances(rows, points, table + table.T)
+    return {"rows": rows, "points": points, "table": table + table.T}
 
 
 def greedy_medoids(found: ShapeDistances, count: int) -> list[int]:
