@@ -216,23 +216,25 @@ def _read_kept(file: Path) -> Results:
 def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
     """Return what decides runs but their category and seed, as text; null is the same as nothing.
 
-    `category` is that of runs on several. Files in the folder of a run of the same category and
-    seed are the same for all.
+    `category` is that of runs on several, "single" of all others. Files in the folder of a run of
+    the same category and seed are the same for all.
     """
     categories, seeds, members = (
         settings.get(key, pd.Series("", settings.index))
         for key in ("category.name", "seed", "category.members")
     )
     joint = members.map(lambda names: isinstance(names, list) and len(names) > 1)
-    columns = {"category": categories.where(joint, "")}
+    texts = members.map(setting_text)
+    unclear = texts.groupby(categories).transform("nunique") > 1
+    columns = {"category": categories.mask(unclear, texts).where(joint, "single")}
     places = [
         re.compile(rf"(?<=/){re.escape(str(category))}(?=/)|(?<=/)seed{seed}(?=[/_])")
         for category, seed in zip(categories, seeds, strict=True)
     ]
     for key in settings:
         if decides(key) and key != "seed" and not key.startswith("category."):
-            texts = settings[key].map(setting_text)
-            columns[key] = [place.sub("*", text) for place, text in zip(places, texts, strict=True)]
+            values = settings[key].map(setting_text)
+            columns[key] = [p.sub("*", value) for p, value in zip(places, values, strict=True)]
     return pd.DataFrame(columns, settings.index)
 
 

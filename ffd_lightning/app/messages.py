@@ -54,7 +54,9 @@ def explain(error: BaseException) -> str:
     if isinstance(error, MissingConfigException) and error.missing_cfg_file and error.options:
         group, _, name = error.missing_cfg_file.rpartition("/")
         hint = did_you_mean(name, error.options, f"{group}=")
-        return f"no {group} {name!r}.{hint} Choices: {', '.join(error.options)}"
+        own = f"; one of your data: category=custom category.name={name}"
+        more = own if group == "category" else ""
+        return f"no {group} {name!r}.{hint} Choices: {', '.join(error.options)}{more}"
     message = " ".join(str(error).split("\n")[0].split())
     cause = str(error.__cause__ or "").split("\n")[0]
     if cause not in message:

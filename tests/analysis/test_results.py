@@ -78,6 +78,18 @@ def test_what_else_differs_is_a_variant(tmp_path):
     assert variants(tmp_path) == {**steps, "e": ""}
 
 
+def test_networks_of_several_categories_are_settings_of_their_own(tmp_path):
+    for name, members in {"two": "table, lamp", "three": "table, lamp, sofa"}.items():
+        write_run(tmp_path / name, category=f"joint, members: [{members}]")
+    one = {"table": "category=single", "lamp": "category=single"}
+    for name in one:
+        write_run(tmp_path / name, category=name)
+    several = {"two": "category=[table, lamp]", "three": "category=[table, lamp, sofa]"}
+    assert variants(tmp_path) == one | several
+    shutil.rmtree(tmp_path / "three")
+    assert variants(tmp_path) == one | {"two": "category=joint"}
+
+
 def test_runs_that_are_alike_are_told_apart_by_their_names(tmp_path):
     for name in ("slow", "fast"):
         write_run(tmp_path / name)
