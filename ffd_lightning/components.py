@@ -241,6 +241,8 @@ def plain(value: Any) -> Any:
     >>> plain([Path("data"), (1, 2)])
     ['data', [1, 2]]
     """
+    if hasattr(value, "tolist"):  # of NumPy
+        return value.tolist()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, Path):

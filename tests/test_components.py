@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 import pytest
 import torch
 from torch import nn
@@ -84,8 +85,8 @@ def test_what_was_built_is_built_again_from_plain_values():
     settings["depht"] = 3
     with pytest.raises(ConfigError, match=r"no setting 'encoder patches\.depht'\. Did you mean"):
         Component("encoder", "patches", settings).build(image_size=(96, 128))
-    by_hand = find("encoder", "patches")((48, 64), 4)
-    assert by_hand.component.settings["size"] == 4
+    size = find("encoder", "patches")((48, 64), np.int64(4)).component.settings["size"]
+    assert (size, type(size)) == (4, int)
 
 
 @dataclass

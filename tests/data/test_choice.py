@@ -1,5 +1,7 @@
 from dataclasses import dataclass
 
+import numpy as np
+
 from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.choice import (
@@ -24,6 +26,12 @@ def test_random_is_a_function_of_the_seed(prepared):
     for strategy in (MedoidTemplates(), RandomTemplates()):
         chosen = choose_templates(strategy, prepared, len(prepared))
         assert sorted(chosen) == list(prepared.ids), "all of them, if so many are wanted"
+
+
+def test_ids_may_come_in_an_array(prepared):
+    chosen = choose_templates(lambda some, count: np.array(some.ids)[:count], prepared, 2)
+    assert chosen == prepared.ids[:2]
+    assert {type(i) for i in chosen} == {str}, "as checkpoints can be opened with"
 
 
 def test_listed_keeps_the_order_of_the_file_and_reads_a_ranking_by_its_column(prepared, tmp_path):

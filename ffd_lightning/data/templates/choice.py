@@ -42,7 +42,8 @@ def choose_templates(
             "out: choose fewer (templates=t1 ... t30), prepare more shapes or change the split"
         )
     chosen: Any = strategy(candidates, count)
-    templates = tuple(chosen) if isinstance(chosen, Iterable) else ()
+    # NumPy's strings would make a checkpoint that cannot be opened.
+    templates = tuple(map(str, chosen)) if isinstance(chosen, Iterable) else ()
     unknown = sorted(set(templates) - set(prepared.ids))
     if unknown or not len(templates) == len(set(templates)) == count:
         wrong = f"it gives {len(templates)} ids, {len(set(templates))} different ones"
