@@ -169,13 +169,13 @@ def _named(made_of: Component | None) -> dict[str, Any] | None:
     return None if made_of is None else {name: getattr(made_of, name) for name in names}
 
 
-def check_plain(name: str, entry: Any) -> None:
-    """Make sure that a checkpoint with an entry can be read again.
+def storable(name: str, entry: Any) -> Any:
+    """Return an entry of a checkpoint that can be read again, NumPy's numbers as Python's.
 
     Raises:
         ConfigError: it holds other things than tensors and plain values.
     """
-    file = io.BytesIO()
+    entry, file = _plain_numbers(entry), io.BytesIO()
     try:
         torch.save(entry, file)
         file.seek(0)
@@ -187,6 +187,15 @@ def check_plain(name: str, entry: Any) -> None:
             f"the state of {name} cannot be kept in a checkpoint, which holds tensors and plain "
             f"values only: {what}"
         ) from None
+    return entry
+
+
+def _plain_numbers(entry: Any) -> Any:
+    if isinstance(entry, np.generic):
+        return entry.item()
+    if type(entry) is dict:
+        return {key: _plain_numbers(value) for key, value in entry.items()}
+    return type(entry)(map(_plain_numbers, entry)) if type(entry) in (list, tuple) else entry
 
 
 def load_model(checkpoint: Path) -> TrainedModel:

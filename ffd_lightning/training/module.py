@@ -16,7 +16,7 @@ from torch.optim import Optimizer
 from torch.optim.lr_scheduler import LRScheduler
 from torch.optim.optimizer import ParamsT
 
-from ffd_lightning.checkpoint import check_plain, model_entry
+from ffd_lightning.checkpoint import model_entry, storable
 from ffd_lightning.data.batches import Batch
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError
@@ -207,8 +207,11 @@ class FfdModule(LightningModule):
         """Add what makes the checkpoint of use without the data, if all in it is finite."""
         self._check_finite(checkpoint["state_dict"])
         for name, state in checkpoint.get("callbacks", {}).items():
-            check_plain(f"the callback {name}", state)
-        check_plain("the lr_schedule", checkpoint.get("lr_schedulers"))
+            checkpoint["callbacks"][name] = storable(f"the callback {name}", state)
+        for state in checkpoint.get("optimizer_states", []):
+            state["param_groups"] = storable("the optimizer", state["param_groups"])
+        schedules = checkpoint.get("lr_schedulers", [])
+        checkpoint["lr_schedulers"] = storable("the lr_schedule", schedules)
         data = self._data
         if data is None:
             warnings.warn(

@@ -4,11 +4,13 @@ import math
 import warnings
 from functools import partial
 
+import numpy as np
 import pytest
 import torch
-from lightning import Trainer
+from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import ModelCheckpoint
 from torch import nn
+from torch.optim.lr_scheduler import LambdaLR
 from torch.utils.data import DataLoader
 
 from ffd_lightning.app.build import build_data, build_module, build_network, regime
@@ -160,6 +162,38 @@ def test_without_checkpoints_losses_are_read_now_and_then_and_weights_at_the_end
         with pytest.raises(ConfigError, match=r"step 3 .* the term mine"):
             fit(module, [make_batch(k) for k in range(steps)], max_epochs=1)
         assert module.trainer.fit_loop.epoch_loop.batch_progress.total.ready == trained
+
+
+# --- what checkpoints hold ------------------------------------------------------------------------
+
+
+class Counts(Callback):
+    """A callback with a state."""
+
+    def __init__(self, count):
+        self.count = count
+
+    def state_dict(self):
+        return {"counts": [self.count]}
+
+
+def test_numbers_of_numpy_are_kept_as_plain_ones_and_objects_are_refused(tmp_path):
+    def train(count):
+        def halved(optimizer, steps):
+            return LambdaLR(optimizer, lambda step: np.float64(0.5) ** step)
+
+        network, terms = tiny_network(), {"chamfer": WeightedTerm(Chamfer())}
+        module = FfdModule(network, Objective(terms), optimizer=SGD, scheduler=halved)
+        keep = ModelCheckpoint(tmp_path, "kept", every_n_train_steps=2)
+        data = [make_batch(0), make_batch(1)]
+        fit(module, data, max_steps=2, callbacks=[Counts(count), keep])
+
+    train(np.int64(3))
+    found = torch.load(tmp_path / "kept.ckpt", weights_only=True)
+    assert found["optimizer_states"][0]["param_groups"][0]["lr"] == 1e-3 / 4
+    assert found["callbacks"]["Counts"] == {"counts": [3]}
+    with pytest.raises(ConfigError, match=r"callback Counts cannot be kept .* test_training_step"):
+        train(Counts(0))
 
 
 # --- terms and selections ------------------------------------------------------------------------
