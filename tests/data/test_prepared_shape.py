@@ -37,9 +37,12 @@ def test_odd_ids_do_not_leave_the_folder(tmp_path):
 def test_what_a_source_gives_wrongly_is_rejected_with_the_reason(tmp_path, monkeypatch):
     flat = Mesh(np.eye(3), np.array([[0, 1, 1]]), np.full((1, 4), 255, np.uint8))
     parts = replace(flat, face_parts=np.zeros(2, np.uint8), part_names=("a",))
+    listed, three = replace(flat, faces=[[0, 1, 2]]), replace(flat, face_colors=np.ones((1, 3)))
     image = np.zeros((8, 8, 3), np.uint8)
     for made, words in (
         (maker(tmp_path, flat), "no area"),
+        (maker(tmp_path, listed), "faces as integer (F, 3); it gives a list"),
+        (maker(tmp_path, three), "face_colors as uint8 (F, 4); it gives float64 (1, 3)"),
         (maker(tmp_path, parts), "gives 2 face_parts for 1 faces"),
         (maker(tmp_path, box_mesh(0), images=[image]), "gives [('uint8', (8, 8, 3))]"),
         (maker(tmp_path, box_mesh(0), images=[]), "gives []"),

@@ -95,9 +95,9 @@ class Preparation:
     def shape_ids(self) -> list[str]:
         """The ids of the shapes to prepare, sorted."""
         ids = self.source.shape_ids(self.category)
-        if len(set(ids)) != len(ids):
+        if len(set(ids)) != len(ids) or not all(isinstance(i, str) for i in ids):
             name = type(self.source).__name__
-            raise ConfigError(f"shape_ids of {name} must give a list of ids, each of them once")
+            raise ConfigError(f"shape_ids of {name} must give a list of texts, each of them once")
         if self.leave_out:
             left_out = set(self._left_out(ids))
             ids = [i for i in ids if i not in left_out]

@@ -29,6 +29,15 @@ from ffd_lightning.imaging.rendering import render
 MAX_TEXELS = 256 * 256
 """Of a shape's textures together, but that each has one at least."""
 _DIVISIONS = 7  # of a face's edges, where its texture is averaged
+_ARRAYS: dict[str, tuple[type[np.generic], tuple[str | int, ...]]] = {
+    "vertices": (np.number, ("V", 3)),
+    "faces": (np.integer, ("F", 3)),
+    "face_colors": (np.uint8, ("F", 4)),
+    "face_parts": (np.integer, ("F",)),
+    "face_textures": (np.integer, ("F",)),
+    "face_uvs": (np.floating, ("F", 3, 2)),
+}
+"""Of a `Mesh`: numbers of which kind, and how many."""
 
 
 def shape_file(folder: Path, shape_id: str) -> Path:
@@ -179,12 +188,22 @@ def _normalized(shape: SourceShape) -> SourceShape:
 
 
 def _check_mesh(mesh: Mesh) -> None:
-    """Make sure that whatever a mesh has of its faces is there for each."""
-    for name in ("face_colors", "face_parts", "face_textures", "face_uvs"):
-        each = getattr(mesh, name)
-        if each is not None and len(each) != len(mesh.faces):
+    """Make sure that a mesh has arrays as `Mesh` describes them, with a row for each face."""
+    each = {name: getattr(mesh, name) for name in _ARRAYS}
+    each |= {f"textures[{k}]": texture for k, texture in enumerate(mesh.textures)}
+    for name, array in each.items():
+        if array is None:
+            continue
+        kind, shape = _ARRAYS.get(name, (np.uint8, ("h", "w", 4)))
+        found = array.shape if isinstance(array, np.ndarray) else ()
+        same = [a == b or isinstance(a, str) for a, b in zip(shape, found, strict=False)]
+        if not (len(found) == len(shape) and all(same) and np.issubdtype(array.dtype, kind)):
+            wanted = f"{kind.__name__} ({', '.join(map(str, shape))})"
+            gives = f"{array.dtype} {found}" if found else f"a {type(array).__name__}"
+            raise RejectedShapeError(f"its source must give {name} as {wanted}; it gives {gives}")
+        if shape[0] == "F" and len(array) != len(mesh.faces):
             raise RejectedShapeError(
-                f"its source gives {len(each)} {name} for {len(mesh.faces)} faces"
+                f"its source gives {len(array)} {name} for {len(mesh.faces)} faces"
             )
     if mesh.faces.size and not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
         raise RejectedShapeError("its source gives faces of vertices that are not there")
