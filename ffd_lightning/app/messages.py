@@ -54,9 +54,10 @@ def explain(error: BaseException) -> str:
     if isinstance(error, MissingConfigException) and error.missing_cfg_file and error.options:
         group, _, name = error.missing_cfg_file.rpartition("/")
         hint = did_you_mean(name, error.options, f"{group}=")
-        own = f"; one of your data: category=custom category.name={name}"
-        more = own if group == "category" else ""
-        return f"no {group} {name!r}.{hint} Choices: {', '.join(error.options)}{more}"
+        choices = ", ".join(error.options)
+        if group == "category":
+            choices += f"; another of your data: category=custom category.name={name}"
+        return f"no {group} {name!r}.{hint} Choices: {choices}"
     message = " ".join(str(error).split("\n")[0].split())
     cause = str(error.__cause__ or "").split("\n")[0]
     if cause not in message:

@@ -210,8 +210,8 @@ class FfdModule(LightningModule):
             checkpoint["callbacks"][name] = storable(f"the callback {name}", state)
         for state in checkpoint.get("optimizer_states", []):
             state["param_groups"] = storable("the optimizer", state["param_groups"])
-        schedules = checkpoint.get("lr_schedulers", [])
-        checkpoint["lr_schedulers"] = storable("the lr_schedule", schedules)
+        if schedules := checkpoint.get("lr_schedulers"):
+            checkpoint["lr_schedulers"] = storable("the lr_schedule", schedules)
         data = self._data
         if data is None:
             warnings.warn(

@@ -97,7 +97,7 @@ class Preparation:
         ids = self.source.shape_ids(self.category)
         if len(set(ids)) != len(ids) or not all(isinstance(i, str) for i in ids):
             name = type(self.source).__name__
-            raise ConfigError(f"shape_ids of {name} must give a list of texts, each of them once")
+            raise ConfigError(f"shape_ids of {name} must give a list of strings, each of them once")
         if self.leave_out:
             left_out = set(self._left_out(ids))
             ids = [i for i in ids if i not in left_out]

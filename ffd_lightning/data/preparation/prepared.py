@@ -192,10 +192,10 @@ class PreparedSet:
         return unpack_camera(self._read(row, "cameras")[view])
 
     def measured(self, name: str, measure: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """Return arrays that take long to compute from a set of one category: only once.
+        """Return what `measure` finds out of a set of one category, arrays by name; it runs once.
 
-        They are kept in memory and in its folder, unless this is read-only. What they depend on
-        besides the set is in their `name`.
+        They are kept in memory, and in the set's folder unless this is read-only. What they depend
+        on besides the set is in `name`.
         """
         file = self.paths[0] / f"{name}-{self.digest[:16]}.npz"
         if file not in _measured:
