@@ -137,6 +137,11 @@ def build_graph(model: TrainedModel, notes: Mapping[str, str] | None = None) -> 
         raise ConfigError(f"torch cannot export this network as ONNX ({reason})") from error
     assert program is not None
     graph = program.model_proto
+    if not graph.graph.input[0].type.tensor_type.shape.dim[0].dim_param:
+        raise ConfigError(
+            "torch exports this network for batches of one size alone. Its encoder or heads make a "
+            "plain number of the batch's size, as len(hidden) does: use hidden.shape[0]"
+        )
     # Torch's notes on the lines of code that things come from hold paths.
     for part in (graph.graph, *graph.graph.node, *graph.graph.value_info):
         part.ClearField("metadata_props")

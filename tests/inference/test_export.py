@@ -19,6 +19,7 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.inference import export as module
 from ffd_lightning.inference.export import OUTPUTS, export_onnx
 from ffd_lightning.inference.predictor import Predictor
+from ffd_lightning.nn.network import FfdPrediction
 
 # What float32 may be off after MobileNet's 28 layers, whose batch norm magnifies what is rounded
 # before it: ten times what was found, and a tenth of what an image makes a difference.
@@ -112,16 +113,24 @@ def test_a_graph_that_differs_is_not_written(exported, joint_checkpoint, tmp_pat
     assert not list(tmp_path.iterdir())
 
 
-def test_a_network_that_torch_cannot_export_is_named(joint_checkpoint, tmp_path):
-    class Branching(torch.nn.Module):
-        def forward(self, images):
-            return images.sum().item() * images
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        (lambda images: images if images.any() else -images, "torch cannot export this network"),
+        (lambda images: images.reshape(len(images), -1), "batches of one size alone"),
+    ],
+)
+def test_a_network_that_torch_cannot_export_is_named(code, message, joint_checkpoint, tmp_path):
+    class Network(torch.nn.Module):
+        image_size = (48, 64)
 
-    model = load_model(joint_checkpoint)
-    network = torch.nn.Sequential(Branching())
-    network.image_size = model.network.image_size
-    with pytest.raises(ConfigError, match="torch cannot export this network"):
-        export_onnx(replace(model, network=network), tmp_path / "model.onnx")
+        def forward(self, images):
+            return FfdPrediction(*[code(images)] * 3, None)
+
+    model = replace(load_model(joint_checkpoint), network=Network())
+    with pytest.raises(ConfigError, match=message):
+        export_onnx(model, tmp_path / "model.onnx")
+    assert not list(tmp_path.iterdir())
 
 
 def test_files_hold_templates_that_a_network_is_told(conditioned_checkpoint, prepared, tmp_path):
