@@ -11,6 +11,7 @@ import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import wrap
 from typing import Any, Literal
 
 import matplotlib
@@ -57,6 +58,7 @@ _DASHES: tuple[tuple[str, str, Literal["-", ":"]], ...] = (
     ("undeformed_", "undeformed", ":"),
 )  # prefix of the columns, name, line style
 _WIDTH = 4.2  # inches
+_LINE = 50  # letters in a line of a legend
 _MANY_TICKS = 50  # times as much at the right end: ticks at 1, 2 and 5 would run into each other
 
 
@@ -83,13 +85,19 @@ def _label(
     """Write what is along the axes, and below the panels what colours, solid and dotted mean."""
     for panel in panels[-2:]:
         panel.set_xlabel(x)
-    figure.supylabel(y, fontsize=8.5)
-    handles = [Line2D([], [], color=color, label=name) for name, color in colors.items()]
+    if len(panels) == 1:  # the middle of the figure is further down, by the lines below
+        panels[0].set_ylabel(y)
+    else:
+        figure.supylabel(y, fontsize=8.5)
+    labels = {"\n".join(wrap(name, _LINE)): color for name, color in colors.items()}
+    handles = [Line2D([], [], color=color, label=name) for name, color in labels.items()]
     handles += [
         Line2D([], [], color="#444444", linestyle=dash, label=name) for _, name, dash in _DASHES
     ]
     longest = max(len(str(handle.get_label())) for handle in handles)
     columns = min(len(handles), max(1, 60 // (longest + 7)))
+    lines = sum(name.count("\n") for name in labels) + -(-len(handles) // columns)
+    figure.set_figheight(figure.get_figheight() + 0.17 * max(0, lines - 4))
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
 
 

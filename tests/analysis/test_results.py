@@ -76,6 +76,9 @@ def test_what_else_differs_is_a_variant(tmp_path):
     write_run(tmp_path / "e", "e", settings="schedule: {steps: 9}\n")
     steps = {f"seed{k}_{n}": f"schedule.steps={n}" for k, n in ((0, 300), (1, 300), (0, 600))}
     assert variants(tmp_path) == {**steps, "e": ""}
+    write_run(tmp_path / "wide", settings="schedule: {steps: 300, rate: 3}\nnetwork: {hidden: 9}\n")
+    rest = dict.fromkeys(("seed0_300", "seed1_300"), "common settings")
+    assert variants(tmp_path) == {**steps, **rest, "wide": "network.hidden=9", "e": ""}
 
 
 def test_networks_of_several_categories_are_settings_of_their_own(tmp_path):
