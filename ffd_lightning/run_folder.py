@@ -182,6 +182,6 @@ class RunFolder:
         )
 
 
-def find_runs(root: Path) -> list[RunFolder]:
+def find_runs(root: str | Path) -> list[RunFolder]:
     """Return all run folders below a path, in order of their names."""
-    return [RunFolder(path.parent) for path in sorted(root.rglob("config.yaml"))]
+    return [RunFolder(path.parent) for path in sorted(Path(root).rglob("config.yaml"))]

@@ -58,7 +58,6 @@ _DASHES: tuple[tuple[str, str, Literal["-", ":"]], ...] = (
     ("undeformed_", "undeformed", ":"),
 )  # prefix of the columns, name, line style
 _WIDTH = 4.2  # inches
-_LINE = 50  # letters in a line of a legend
 _MANY_TICKS = 50  # times as much at the right end: ticks at 1, 2 and 5 would run into each other
 
 
@@ -89,7 +88,7 @@ def _label(
         panels[0].set_ylabel(y)
     else:
         figure.supylabel(y, fontsize=8.5)
-    labels = {"\n".join(wrap(name, _LINE)): color for name, color in colors.items()}
+    labels = {"\n".join(wrap(name, 50)): color for name, color in colors.items()}
     handles = [Line2D([], [], color=color, label=name) for name, color in labels.items()]
     handles += [
         Line2D([], [], color="#444444", linestyle=dash, label=name) for _, name, dash in _DASHES
@@ -163,8 +162,10 @@ def selection_histograms(samples: pd.DataFrame) -> Figure:
     `samples`, those of `Results`, there are.
     """
     labels, (runs, colors) = run_labels(samples, titled=True), setting_labels(samples)
+    labels = {run: "\n".join(wrap(label, 26)) for run, label in labels.items()}
+    height = 1.5 + 0.15 * max(label.count("\n") for label in labels.values())
     title = "How often each template is selected"
-    with _styled(len(labels), _WIDTH, 1.5, title) as (figure, panels):
+    with _styled(len(labels), _WIDTH, height, title) as (figure, panels):
         for (run, label), panel in zip(labels.items(), panels, strict=True):
             of_run = samples[samples["run"] == run]
             count, counts = int(of_run["templates"].iloc[0]), of_run["template"].value_counts()

@@ -69,7 +69,7 @@ class Results:
     folder: Path | None = None
 
     @classmethod
-    def read(cls, folder: Path, protocol: str | None = None) -> Results:
+    def read(cls, folder: str | Path, protocol: str | None = None) -> Results:
         """Read all runs at any depth below a folder, or kept results (docs/findings/data/*.zip).
 
         Args:
@@ -79,6 +79,7 @@ class Results:
         Raises:
             DataError: no run, no such file, or none was evaluated under the protocol that is named.
         """
+        folder = Path(folder)
         if folder.suffix == ".zip":
             return _read_kept(folder)
         results = cls.of(find_runs(folder), protocol, folder)

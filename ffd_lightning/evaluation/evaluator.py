@@ -103,7 +103,10 @@ class EvaluationOptions:
 
 
 def evaluate(
-    evaluated: EvaluatedNetwork, protocol: Protocol, folder: Path, options: EvaluationOptions
+    evaluated: EvaluatedNetwork,
+    protocol: Protocol,
+    folder: str | Path,
+    options: EvaluationOptions,
 ) -> dict[str, float]:
     """Score a network on its test shapes; resume where an earlier attempt stopped.
 
@@ -119,7 +122,7 @@ def evaluate(
         DataError: the network's outputs are not finite; data is damaged; there are no part labels
             and the protocol needs them.
     """
-    settings = _settings(evaluated, protocol, options)
+    folder, settings = Path(folder), _settings(evaluated, protocol, options)
     finished = _read_summary(folder, settings)
     if finished is not None and not options.restart:
         return finished

@@ -59,11 +59,12 @@ class PreparedSet:
     taken: tuple[int, ...] | None = None
 
     @classmethod
-    def open(cls, *paths: Path) -> PreparedSet:
+    def open(cls, *folders: str | Path) -> PreparedSet:
         """Open prepared sets as one; a DataError says which file is missing or what differs.
 
         What a file holds is checked when it is read.
         """
+        paths = tuple(map(Path, folders))
         found = cls(paths, tuple(map(_read_manifest, paths)))
         sizes = [(*m["image_shape"], m["settings"]["num_points"]) for m in found.manifests]
         for path, size in zip(paths, sizes, strict=True):
