@@ -41,7 +41,8 @@ class CountProgress:
 
     def __enter__(self) -> CountProgress:
         if self._show and sys.stderr.isatty():
-            texts = TextColumn("{task.description}"), TextColumn("{task.fields[note]}")
+            named = "{task.description}", "{task.fields[note]}"
+            texts = [TextColumn(name, markup=False) for name in named]  # names may hold brackets
             columns = texts[0], BarColumn(24), MofNCompleteColumn(), texts[1], TimeRemainingColumn()
             self._bar = Progress(*columns, console=Console(stderr=True))
             self._bar.start()

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 from rich.table import Table
+from rich.text import Text
 
 from ffd_lightning.errors import DataError
 from ffd_lightning.run_folder import RunFolder, find_runs
@@ -52,17 +53,19 @@ def status_table(folder: Path) -> pd.DataFrame:
 
 def printed(rows: pd.DataFrame, folder: Path) -> Table:
     """Return what `status_table` gives for people; runs are named as seen from `folder`."""
-    table = Table("run", "state", box=None)
+    table = Table(box=None)
+    table.add_column("run", overflow="fold")
+    table.add_column("state")
     table.add_column("done", justify="right")
     table.add_column("time left", justify="right")
     table.add_column("reason")
     for row in rows.to_dict("records"):
         color = _COLORS.get(row["state"], "white")
         table.add_row(
-            str(Path(row["run"]).relative_to(folder)),
-            f"[{color}]{row['state']}[/]",
+            Text(str(Path(row["run"]).relative_to(folder))),  # as it is: "[...]" is markup else
+            Text(row["state"], color),
             "" if pd.isna(row["share"]) else f"{row['share']:.0%} {row['phase']}".rstrip(),
             "" if pd.isna(row["seconds_left"]) else duration(row["seconds_left"]),
-            row["reason"],
+            Text(row["reason"]),
         )
     return table

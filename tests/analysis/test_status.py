@@ -14,7 +14,7 @@ def test_the_status_of_runs(tmp_path, capsys):
         run.set_status("running", steps=10)
     first, second, third, fourth = runs
     first.set_status("finished")
-    second.set_status("failed", reason="the disk is full")
+    second.set_status("failed", reason="the disk [/data] is full")
     third.set_progress("training", 3, 10, 4000.0)
     fourth.set_progress("evaluating", 0, 8, None)
     journal = fourth.evaluation("paper") / "samples.partial"
@@ -24,7 +24,13 @@ def test_the_status_of_runs(tmp_path, capsys):
         table = status_table(tmp_path).set_index("run")
         assert status.main(status.Settings(str(tmp_path))) == 1
     shown = capsys.readouterr().out
-    for word in ("30% training", "67 min", "25% evaluating", "the disk is full", "1 interrupted"):
+    for word in (
+        "30% training",
+        "67 min",
+        "25% evaluating",
+        "disk [/data] is full",
+        "1 interrupted",
+    ):
         assert word in shown
     expected = ["finished", "failed", "running", "interrupted"]
     assert [table.loc[str(run.path), "state"] for run in runs] == expected
