@@ -114,6 +114,8 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
     plain: Any = OmegaConf.to_container(given, resolve=True)
     for old in RENAMED.keys() & flat(plain).keys():
         raise ConfigError(f"the setting {old} of earlier versions is {RENAMED[old]} now")
+    if isinstance(plain.get("plugins"), str):
+        plain["plugins"] = [plain["plugins"]]
     components.load_plugins(plain.get("plugins") or [])
     provided, chosen = plain.get("provided") or {}, list[Component]()
     for where, kind in _places(schema):

@@ -93,7 +93,7 @@ def load_study(file: Path) -> Study:
     """Read a study."""
     if not file.is_file():
         names = ", ".join(sorted(p.stem for p in file.parent.glob("*.yaml")))
-        raise ConfigError(f"no study {file.stem!r}: {file.parent} has {names or 'none'}")
+        raise ConfigError(f"there is no study {file}; beside it: {names or 'none'}")
     try:
         content = yaml.safe_load(file.read_text(encoding="utf-8"))
         if not isinstance(content, dict):

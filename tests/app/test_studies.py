@@ -150,7 +150,7 @@ def test_what_is_no_study(tmp_path, text, message):
     file.write_text(text)
     with pytest.raises(ConfigError, match=message):
         load_study(file)
-    with pytest.raises(ConfigError, match=r"no study 't': .* has s"):
+    with pytest.raises(ConfigError, match=r"no study .*t.yaml; beside it: s$"):
         load_study(tmp_path / "t.yaml")
 
 
