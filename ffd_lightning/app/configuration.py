@@ -256,6 +256,11 @@ def _for_hydra(overrides: Sequence[str], schema: type[Any], several: bool) -> li
                 components.read(own, {group: value}, "")  # names what there is
             if isinstance(value, int | float):
                 raise ConfigError(f"{text}: an option is a name, not a number: templates=t30, say")
+            if isinstance(value, list) and key not in ("regime/term", "callback"):
+                names = ",".join(map(str, value))  # Hydra would take the last
+                joint = f"; one network for all: category=joint category.members=[{names}]"
+                end = joint if key == "category" else ""
+                raise ConfigError(f"{text}: a run has one. A run for each: -m {key}={names}{end}")
             found.append(text)
         else:
             found.append(f"++{text.lstrip('+')}")

@@ -110,6 +110,7 @@ MISTAKES = [
     (["trainer.precision=8"], ["trainer.precision=8 must be one of 32-true, bf16-mixed"]),
     (["data.render.azimuths=[]"], ["data.render.azimuths=[] needs an angle"]),
     (["encoder.weights=/no/such.h5"], ["encoder.weights=/no/such.h5 is not a file"]),
+    (["category=[chair,table]"], ["-m category=chair,table", "category.members=[chair,table]"]),
     # what does not go together
     (["templates=t1", "regime=w"], ["single template: use another regime"]),
     (
