@@ -36,7 +36,7 @@ def prepare(cfg: PrepareCommandConfig) -> None:
     preparations = build_preparations(cfg)
     if cfg.trial:
         there = preparations[0].source.categories()
-        print(f"data={cfg.data.name}: {len(there)} categories: {', '.join(sorted(there))}")
+        print(f"data={cfg.data.name}: categories {', '.join(sorted(there))}")
     for preparation in preparations:
         if cfg.trial:
             for line in _tried(preparation, cfg):

@@ -256,8 +256,8 @@ class Preparation:
             ids = sorted([*ids, *variants])
         if unread := {i: f for i, f in failures.items() if f.kind == "unread"}:
             raise DataError(
-                f"{len(unread)} of {len(ids)} shapes of {self.category} could not be read "
-                f"({_some(unread)}). The others are done: the same command tries these "
+                f"{len(unread)} of {counted(len(ids), 'shape')} of {self.category} could not be "
+                f"read ({_some(unread)}). The others are done: the same command tries these "
                 "again. A source of your own raises RejectedShapeError for what cannot be used"
             )
         wanted = {shape_file(folder, i).name for i in ids if i not in failures}

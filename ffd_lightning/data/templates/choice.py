@@ -15,6 +15,7 @@ from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.distances import greedy_medoids, shape_distances
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.terminal import counted
 
 log = logging.getLogger(__name__)
 
@@ -37,8 +38,9 @@ def choose_templates(
     candidates = prepared.without(exclude) if exclude else prepared
     if count > len(candidates):
         raise DataError(
-            f"{count} templates asked for, but {prepared.path} holds only {len(candidates)} shapes "
-            f"to choose from, and {len(prepared) - len(candidates)} that are tested on or left "
+            f"{counted(count, 'template')} asked for, but {prepared.path} holds only "
+            f"{counted(len(candidates), 'shape')} to choose from, and "
+            f"{len(prepared) - len(candidates)} that are tested on or left "
             "out: choose fewer (templates=t1 ... t30), prepare more shapes or change the split"
         )
     chosen: Any = strategy(candidates, count)
@@ -49,7 +51,7 @@ def choose_templates(
         wrong = f"it gives {len(templates)} ids, {len(set(templates))} different ones"
         if unknown:
             wrong = f"{unknown[0]!r} is not in {prepared.path}"
-        raise ConfigError(f"the template strategy must choose {count} shapes of the set: {wrong}")
+        raise ConfigError(f"the template strategy must choose {count} ids of the set: {wrong}")
     return templates
 
 
@@ -132,7 +134,7 @@ class ListedTemplates:
         ids = tuple(dict.fromkeys(_listed(file)))[:count]
         if len(ids) < count:
             raise ConfigError(
-                f"template_strategy.file={file} lists {len(ids)} ids, {count} are needed"
+                f"template_strategy.file={file} lists {counted(len(ids), 'id')}, {count} are needed"
             )
         return ids
 
