@@ -260,7 +260,8 @@ def _for_hydra(overrides: Sequence[str], schema: type[Any], several: bool) -> li
                 names = ",".join(map(str, value))  # Hydra would take the last
                 joint = f"; one network for all: category=joint category.members=[{names}]"
                 end = joint if key == "category" else ""
-                raise ConfigError(f"{text}: a run has one. A run for each: -m {key}={names}{end}")
+                each = f"a training for each: ffd train -m {key}={names}"
+                raise ConfigError(f"{text}: one is chosen, not several; {each}{end}")
             found.append(text)
         else:
             found.append(f"++{text.lstrip('+')}")
