@@ -53,8 +53,8 @@ def setting_text(value: Any) -> str:
 def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
     """Return for each run what else tells its setting apart: "schedule.steps=300", say.
 
-    Values that most settings have are left out; "common settings" has no others. "" where regime
-    and templates tell it; the run's name where runs have all in common.
+    Values that most settings have are left out: "common settings" where that leaves none. "" where
+    regime and templates tell it; the run's name where runs have all in common.
 
     Args:
         runs: `run`, `category`, `regime`, `templates` and `seed`.
@@ -68,9 +68,10 @@ def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
             before = len(values[chosen].drop_duplicates()) if chosen else 1
             if len(values[[*chosen, key]].drop_duplicates()) > before:
                 chosen.append(key)
-        words = [_words(values[key], values[chosen].drop_duplicates()[key]) for key in chosen]
-        if words:
-            rows = (", ".join(filter(None, row)) for row in zip(*words, strict=True))
+        distinct = values[chosen].drop_duplicates()
+        if chosen:
+            told = (_told(values[key], distinct[key]) for key in chosen)
+            rows = (", ".join(filter(None, row)) for row in zip(*told, strict=True))
             found[part.index] = [row or "common settings" for row in rows]
     same = runs.assign(variant=found)
     twice = same.duplicated([*GROUP, "seed"])
@@ -80,12 +81,12 @@ def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
     return found
 
 
-def _words(values: pd.Series, distinct: pd.Series) -> list[str]:
+def _told(values: pd.Series, distinct: pd.Series) -> list[str]:
     """Return "key=value" of each run, "" for the value that more than half of the settings have."""
     shares = distinct.value_counts(normalize=True)
     common = shares.index[shares > 0.5]
-    told = f"{values.name}=" + _shortened(values)
-    return list(told.mask(values.isin(common), ""))
+    words = f"{values.name}=" + _shortened(values)
+    return list(words.mask(values.isin(common), ""))
 
 
 def _shortened(values: pd.Series) -> pd.Series:

@@ -235,6 +235,12 @@ def chooses(override: Override) -> bool:
     return "/" in key or named or listed or (config_folder() / key).is_dir()
 
 
+def _group(where: str) -> str:
+    """Return Hydra's group of a place in the configuration: `regime/term` of `regime.terms`."""
+    group = where.replace(".", "/")
+    return group.removesuffix("s") if where in LISTS else group
+
+
 def _for_hydra(overrides: Sequence[str], schema: type[Any], several: bool) -> list[str]:
     """Return overrides as Hydra is to read them: what sets a value may name what is not there."""
     found, own = [], settings_of(schema)
@@ -256,7 +262,7 @@ def _for_hydra(overrides: Sequence[str], schema: type[Any], several: bool) -> li
                 components.read(own, {group: value}, "")  # names what there is
             if isinstance(value, int | float):
                 raise ConfigError(f"{text}: an option is a name, not a number: templates=t30, say")
-            if isinstance(value, list) and key not in ("regime/term", "callback"):
+            if isinstance(value, list) and key not in map(_group, LISTS):
                 names = ",".join(map(str, value))  # Hydra would take the last
                 joint = f"; one network for all: category=joint category.members=[{names}]"
                 end = joint if key == "category" else ""
@@ -295,10 +301,8 @@ def prepare_hydra(schema: type[Any], arguments: Sequence[str]) -> None:
     for where, kind in _places(schema):
         for name in components.names(kind):
             node = {label_of(kind): name, **nodes(all_settings(kind, name))}
-            group, package = where.replace(".", "/"), where
-            if where in LISTS:
-                group, package = group.removesuffix("s"), f"{where}.{name}"
-            store.store(group=group, name=name, node=node, package=package)
+            package = f"{where}.{name}" if where in LISTS else where
+            store.store(group=_group(where), name=name, node=node, package=package)
     for resolver in (identity.run_folder, identity.run_suffix):
         OmegaConf.register_new_resolver(resolver.__name__, resolver, replace=True)
 
