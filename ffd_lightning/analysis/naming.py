@@ -53,8 +53,9 @@ def setting_text(value: Any) -> str:
 def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
     """Return for each run what else tells its setting apart: "schedule.steps=300", say.
 
-    Values that most settings have are left out: "common settings" where that leaves none. "" where
-    regime and templates tell it; the run's name where runs have all in common.
+    Values that most settings of the same regime and number of templates have, or else most of all,
+    are left out: "common settings" where that leaves none. "" where regime and templates tell it;
+    the run's name where runs have all in common.
 
     Args:
         runs: `run`, `category`, `regime`, `templates` and `seed`.
@@ -63,16 +64,19 @@ def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
     found = pd.Series("", runs.index)
     for _, part in runs.groupby(["regime", "templates"], dropna=False):
         values, chosen = settings.loc[part["run"]], list[str]()
+        usual = _usual(settings) | _usual(values)
+        # With the usual setting among them: a run is told from it, too, by what is its own.
+        rows = pd.concat([values, pd.DataFrame([usual])])
         keys = [key for key in values if values[key].nunique() > 1]
-        for key in sorted(keys, key=lambda key: -int(values[key].nunique())):
-            before = len(values[chosen].drop_duplicates()) if chosen else 1
-            if len(values[[*chosen, key]].drop_duplicates()) > before:
+        # Another component says more than the settings that come with it.
+        for key in sorted(keys, key=lambda k: (-values[k].nunique(), not k.endswith(".name"))):
+            before = len(rows[chosen].drop_duplicates()) if chosen else 1
+            if len(rows[[*chosen, key]].drop_duplicates()) > before:
                 chosen.append(key)
-        distinct = values[chosen].drop_duplicates()
         if chosen:
-            told = (_told(values[key], distinct[key]) for key in chosen)
-            rows = (", ".join(filter(None, row)) for row in zip(*told, strict=True))
-            found[part.index] = [row or "common settings" for row in rows]
+            told = (_told(values[key], usual.get(key)) for key in chosen)
+            words = (", ".join(filter(None, row)) for row in zip(*told, strict=True))
+            found[part.index] = [row or "common settings" for row in words]
     same = runs.assign(variant=found)
     twice = same.duplicated([*GROUP, "seed"])
     if twice.any():
@@ -81,12 +85,17 @@ def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
     return found
 
 
-def _told(values: pd.Series, distinct: pd.Series) -> list[str]:
-    """Return "key=value" of each run, "" for the value that more than half of the settings have."""
-    shares = distinct.value_counts(normalize=True)
-    common = shares.index[shares > 0.5]
+def _usual(settings: pd.DataFrame) -> dict[str, str]:
+    """Return the values that more than half of the settings have, by key."""
+    distinct = settings.drop_duplicates()
+    counts = {key: distinct[key].value_counts() for key in distinct}
+    return {key: str(n.index[0]) for key, n in counts.items() if 2 * n.iloc[0] > len(distinct)}
+
+
+def _told(values: pd.Series, usual: str | None) -> list[str]:
+    """Return "key=value" of each run, "" for the usual value."""
     words = f"{values.name}=" + _shortened(values)
-    return list(words.mask(values.isin(common), ""))
+    return list(words.mask(values == usual, ""))
 
 
 def _shortened(values: pd.Series) -> pd.Series:

@@ -117,11 +117,11 @@ class Results:
                 if row["state"] != "failed":
                     table.loc[place, "reason"] = str(error)
                 continue
-            for k, column in enumerate(("run", *SETTING, "seed")):
-                part.insert(k, column, row[column])
-            parts.append(part)
+            run = pd.DataFrame({name: row[name] for name in ("run", *SETTING, "seed")}, part.index)
+            parts.append(pd.concat([run, part], axis=1))
         columns = ["run", *GROUP, "seed", "id", "view", "family", "template"]
-        samples = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=columns)
+        # Copied: in one block each kind of column, of which pandas would warn otherwise.
+        samples = pd.concat(parts or [pd.DataFrame(columns=columns)], ignore_index=True).copy()
         families = {name: found for name, run in known.items() if (found := _families(run))}
         table = pd.concat([table, pd.DataFrame(damaged)], ignore_index=True)
         curves = pd.DataFrame(columns=CURVE)
@@ -287,7 +287,7 @@ def _read_settings(
 ) -> tuple[dict[str, RunFolder], pd.DataFrame, list[dict[str, str]]]:
     """Return runs by name, their settings (a row each), and rows of those that are damaged."""
     known: dict[str, RunFolder] = {}
-    rows: list[pd.DataFrame] = []
+    rows: dict[str, pd.DataFrame] = {}
     damaged: list[dict[str, str]] = []
     for run in runs:
         name = relpath(run.path, folder)
@@ -299,14 +299,14 @@ def _read_settings(
             damaged.append({"run": name, "state": "damaged", "reason": str(error)})
             continue
         known[name] = run
-        rows.append(row)
+        rows[name] = row
     if not known:
         why = "".join(f" ({row['run']}: {row['reason']})" for row in damaged[:1])
         raise DataError(
             f"{folder} holds no run that can be read{why}: name the folder of a run, or of a "
             "sweep (runs/NAME)"
         )
-    settings = pd.concat(rows, ignore_index=True).set_axis(list(known)).rename_axis("run")
+    settings = pd.concat(rows.values(), ignore_index=True).set_axis(list(rows)).rename_axis("run")
     return known, settings, damaged
 
 

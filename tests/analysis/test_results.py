@@ -93,6 +93,18 @@ def test_networks_of_several_categories_are_settings_of_their_own(tmp_path):
     assert variants(tmp_path) == one | {"two": "category=joint"}
 
 
+def test_what_all_other_runs_have_is_usual_where_a_regime_has_no_majority(tmp_path):
+    for regime in "bwer":
+        settings = "data: {limit: 8}\nheads: {name: per_template}\n"
+        write_run(tmp_path / regime, regime, settings=settings)
+    told = "data: {limit: 4}\nheads: {name: conditioned}\n"
+    write_run(tmp_path / "told", settings=told)
+    two = settings + "schedule: {steps: 9}\n"
+    write_run(tmp_path / "two", category="joint, members: [table, lamp]", settings=two)
+    names = {"told": "heads.name=conditioned", "two": "category=joint", "b": "common settings"}
+    assert variants(tmp_path) == dict.fromkeys("wer", "") | names
+
+
 def test_runs_that_are_alike_are_told_apart_by_their_names(tmp_path):
     for name in ("slow", "fast"):
         write_run(tmp_path / name)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from os.path import relpath
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +23,8 @@ from ffd_lightning.analysis.figures.drawing import (
     with_rims,
 )
 from ffd_lightning.analysis.figures.examples import Example, score_text
+from ffd_lightning.analysis.naming import run_labels
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.candidates import Candidate
 from ffd_lightning.evaluation.figures import (
@@ -37,7 +41,7 @@ from ffd_lightning.geometry.voxels import voxelize
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import Color, Picture, grid, joined, legend
 from ffd_lightning.metrics.iou import voxel_iou
-from ffd_lightning.palette import part_colors, regime_title
+from ffd_lightning.palette import part_colors
 
 TEMPLATE: Color = (172, 172, 172)
 DEFORMED: Color = (92, 142, 200)
@@ -274,12 +278,12 @@ def paper_figure(
     if len(pictures) == 1:
         return pictures[0]
     font_size = round(size / 16)
-    titled = []
-    for picture, examples in zip(pictures, runs, strict=True):
-        settings = examples[0].run.folder.settings
-        category, regime = settings["category"]["name"], regime_title(settings["regime"]["name"])
-        heading = f"{category}, regime {regime}, T = {settings['templates']['count']}"
-        titled.append(grid([picture], 1, headings=[heading], font_size=font_size))
+    folders = [examples[0].run.folder for examples in runs]
+    labels = run_labels(Results.of(folders, folder=Path()).runs, titled=True)
+    titled = [
+        grid([picture], 1, headings=[labels[relpath(folder.path)]], font_size=font_size)
+        for picture, folder in zip(pictures, folders, strict=True)
+    ]
     return joined(titled, across=name != "method")
 
 

@@ -164,7 +164,7 @@ def _scores(results: Results) -> Section:
     ]
     blocks = [_titled(table) for table in found if table is not None]
     if lacking := len(results.unscored):
-        blocks.append(_text(f"{lacking} more runs have no results (end of the page)."))
+        blocks.append(_text(f"Runs without results: {lacking} (end of the page)."))
     return Section("scores", "All numbers", blocks)
 
 
