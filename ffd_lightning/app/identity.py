@@ -29,6 +29,10 @@ from ffd_lightning.run_folder import RunFolder, decides
 
 _PLACED = ("category.name", "regime.name", "templates.name", "seed")  # the folder's path has them
 _PLACED_GROUPS = ("category", "regime", "templates")
+_TOLD = (
+    *("category.name", "regime.name", "templates.count", "template_strategy.name", "seed"),
+    *("schedule.steps", "schedule.batch_size", "schedule.learning_rate"),
+)  # settings that HPARAMS has of all runs
 _LONGEST = 60  # characters of a name's readable part
 _HASH = 6  # hexadecimal digits
 
@@ -191,19 +195,14 @@ def evaluation_name(cfg: TrainConfig | EvaluateConfig) -> str:
     return protocol.name + f"{views}{difference_name(changed)}".replace("_", "-", 1)
 
 
-def hyperparameters(cfg: TrainConfig) -> dict[str, Any]:
-    """Return what tells runs of one study apart, flat, for TensorBoard's HPARAMS page."""
-    return {
-        "category": cfg.category.name,
-        "regime": cfg.regime.name,
-        "templates": cfg.templates.count,
-        "strategy": cfg.template_strategy.name,
-        "seed": cfg.seed,
-        "steps": cfg.schedule.steps,
-        "batch_size": cfg.schedule.batch_size,
-        "learning_rate": cfg.schedule.learning_rate,
-        "annealing_steps": cfg.schedule.annealing_steps,
-        "min_weight": cfg.regime.min_weight,
-        "selection": cfg.regime.selection.name,
-        **{f"{label}_weight": term.weight for label, term in cfg.regime.terms.items()},
-    }
+def hyperparameters(cfg: TrainConfig) -> dict[str, str | float]:
+    """Return what TensorBoard's HPARAMS page tells runs apart by.
+
+    That is some settings of all runs, and those that were given on the command line.
+    """
+    own = identity(cfg)
+    overrides = HydraConfig.get().overrides.task if HydraConfig.initialized() else []
+    given = [text.lstrip("+~").split("=")[0] for text in overrides]
+    names = dict.fromkeys([*_TOLD, *given, *(f"{group}.name" for group in given)])
+    told = {name: own[name] for name in sorted(names) if name in own}
+    return {k: v if isinstance(v, (int, float)) else str(v) for k, v in told.items()}

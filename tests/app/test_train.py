@@ -79,6 +79,13 @@ def test_a_ranking_may_count_every_image_that_was_trained_on(tiny_config, tmp_pa
         train(tiny_config(*given), run)
 
 
+def hparams_of(events):
+    """What TensorBoard's page HPARAMS says of a run."""
+    metadata = events.summary_metadata["_hparams_/session_start_info"]
+    content = HParamsPluginData.FromString(metadata.plugin_data.content)
+    return content.session_start_info.hparams
+
+
 def test_tensorboard_holds_the_settings_and_results_that_tell_runs_apart(finished):
     run, summary = finished
     events = EventAccumulator(str(run.path)).Reload()
@@ -86,14 +93,9 @@ def test_tensorboard_holds_the_settings_and_results_that_tell_runs_apart(finishe
     assert {"which_template/all", "worked_examples/reconstructions"} < {*tags["images"]}
     assert "which_template/selected" in tags["histograms"]
     assert not [tag for tag in tags["scalars"] if tag.startswith("test/")], "dots, not curves"
-    content = {
-        tag: HParamsPluginData.FromString(metadata.plugin_data.content)
-        for tag, metadata in events.summary_metadata.items()
-        if metadata.plugin_data.plugin_name == "hparams"
-    }
-    told = content["_hparams_/session_start_info"].session_start_info.hparams
-    assert told["regime"].string_value == "b"
-    assert told["batch_size"].number_value == 4
+    told = hparams_of(events)
+    assert told["regime.name"].string_value == "b"
+    assert told["schedule.batch_size"].number_value == 4
     assert told["Chamfer x 1000"].number_value == pytest.approx(1000 * summary["chamfer"])
 
 
@@ -235,6 +237,8 @@ def test_a_sweep_trains_what_can_be_trained_side_by_side_or_not(prepared, data_r
     states = Results.read(tmp_path).runs.set_index("templates")
     assert states["state"].to_dict() == {2: "finished", 500: "failed"}
     assert "only 21 shapes to choose from" in states.loc[500, "reason"]
+    told = hparams_of(EventAccumulator(str(tmp_path / states.loc[2, "run"])).Reload())
+    assert told["network.hidden"].number_value == 32
     assert not list(tmp_path.rglob(".jobs-*"))
     second = run_command("train", *command(tmp_path, data_root, "-m", *own)[1:])
     assert second.returncode == 1
