@@ -124,6 +124,7 @@ def test_textures_of_all_kinds_are_read_whatever_their_name(folder, kind):
 UNUSABLE = {
     "missing": (r"C:\Users\me\maps\x.png", None, "textures that the materials name are absent"),
     "EPS": ("x.png", encoded(Image.new("RGB", (8, 6)), "eps"), "textures cannot be decoded"),
+    "noise": ("x.png", bytes(range(256)), "textures cannot be decoded"),
     "cut off": (
         "x.png",
         encoded(Image.effect_noise((64, 64), 50), "png")[:900],

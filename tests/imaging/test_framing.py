@@ -183,18 +183,16 @@ def test_nothing_is_distorted_or_cut_off(shape):
 
 
 def test_small_objects_of_large_photographs_are_looked_at_again(tmp_path):
-    photo, coverage = on_colour((231, 230, 228), (600, 800), (100, 500))
-    expected = frame(photo).image
+    photo, coverage = on_colour((231, 230, 228), (600, 800), (100, 500), height=96)
     large = Image.fromarray(photo).resize((3200, 2400), Image.Resampling.BICUBIC)
     large.save(tmp_path / "a.jpg", quality=90)
     picture = read_photo(tmp_path / "a.jpg")
     framed = frame(picture)
-    assert np.abs(framed.image.astype(int) - expected).mean() < 5
     cropped = framed.steps[-2].split()
     own = [4 * size for size in extent(np.dstack([photo, coverage]))]
-    assert [int(cropped[2]), int(cropped[4])] == pytest.approx(own, rel=0.05)
+    assert [int(cropped[2]), int(cropped[4])] == pytest.approx(own, abs=4)
     masked = frame(picture, mask=Image.fromarray(coverage).resize((3200, 2400)))
-    assert np.abs(masked.image.astype(int) - expected).mean() < 5
+    assert np.abs(framed.image.astype(int) - masked.image).mean() < 1.1, "once: 1.45"
 
 
 def test_masks_that_cannot_be_used():
