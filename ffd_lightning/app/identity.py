@@ -201,7 +201,9 @@ def hyperparameters(cfg: TrainConfig) -> dict[str, str | float]:
     That is some settings of all runs, and those that were given on the command line.
     """
     own = identity(cfg)
-    overrides = HydraConfig.get().overrides.task if HydraConfig.initialized() else []
+    overrides: Any = []
+    if HydraConfig.initialized():  # values may be of other settings, ${paths.runs}, say
+        overrides = OmegaConf.to_container(HydraConfig.get().overrides.task, resolve=False)
     given = [text.lstrip("+~").split("=")[0] for text in overrides]
     names = dict.fromkeys([*_TOLD, *given, *(f"{group}.name" for group in given)])
     told = {name: own[name] for name in sorted(names) if name in own}
