@@ -115,8 +115,6 @@ def _trainings(categories: Sequence[pd.DataFrame]) -> Iterator[tuple[Array, int]
 def _rest(scores: Array) -> float:
     """Return the variance of a group's mean from what is left beside effects of runs and shapes."""
     shapes, runs = scores.shape
-    if runs == 1:
-        return 0.0
     left = scores - scores.mean(0) - scores.mean(1, keepdims=True) + scores.mean()
     return float((left**2).sum() / ((shapes - 1) * (runs - 1)) / (shapes * runs))
 

@@ -41,6 +41,17 @@ def test_intervals_hold_the_truth(runs, spread):
     assert told_apart == pytest.approx(1 - held)
 
 
+def test_what_varies_beside_runs_and_shapes_counts_once():
+    rng = np.random.default_rng(0)
+
+    def squared_error():
+        a, b = (group(rng, np.zeros(20), 8, seeds=0.3, rest=1.0) for _ in range(2))
+        return difference([(a, b)])[0].error ** 2
+
+    expected = 2 * (0.3**2 / 8 + 1 / (8 * 20))
+    assert np.mean([squared_error() for _ in range(300)]) == pytest.approx(expected, rel=0.08)
+
+
 def test_seeds_alone_are_a_t_test_of_runs():
     rng = np.random.default_rng(0)
     x = rng.normal(size=40)
