@@ -12,14 +12,14 @@ import io
 import pickle
 import re
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-from jaxtyping import Float, UInt8
+from jaxtyping import Float
 from torch import Tensor, nn
 
 from ffd_lightning.components import Component
@@ -70,35 +70,22 @@ class TrainedModel:
         own = (shape_id.partition("/")[0] for shape_id in self.bank.ids)
         return tuple(name if name in self.categories else ANY for name in own)
 
-    def with_templates(
-        self,
-        bank: TemplateBank,
-        pictures: Iterable[UInt8[np.ndarray, "views height width c"]],
-        beside: bool = False,
+    def with_codes(
+        self, bank: TemplateBank, codes: Float[Tensor, "templates code"], beside: bool = False
     ) -> TrainedModel:
         """Return the same network with other templates, which conditioned heads are told.
 
         Args:
             bank: the templates.
-            pictures: of each, as `render` says, (views, H, W, 3 or 4) uint8; views are averaged.
+            codes: of each, as the network makes them (`TemplateFfdNetwork.codes`).
             beside: the network's own templates stay, but for those of the same ids.
 
         Raises:
             ConfigError: the heads know no other templates than those of their training; or the
                 templates have lattices of other degrees.
-        """
-        self.check_conditioned()
-        return self.with_codes(bank, self.network.codes(bank.points, pictures), beside)
-
-    def with_codes(
-        self, bank: TemplateBank, codes: Float[Tensor, "templates code"], beside: bool = False
-    ) -> TrainedModel:
-        """Return the same as `with_templates`, of which the network's `codes` are known.
-
-        Raises:
-            ConfigError: the templates have lattices of other degrees.
             ValueError: the codes are of another number of templates.
         """
+        self.check_conditioned()
         if bank.degrees != self.bank.degrees:
             raise ConfigError(f"templates of degrees {bank.degrees}: use {self.bank.degrees}")
         if len(codes) != len(bank):

@@ -188,8 +188,6 @@ def _read_kept(file: Path) -> Results:
         words = ("id", "family", "template", "template_family", "variant")
         samples = pd.read_csv(io.StringIO(text["samples.csv"]), dtype=dict.fromkeys(words, str))
         samples = samples.fillna({"family": "", "template_family": "", "variant": ""})
-        if "variant" not in samples:  # kept by an earlier version
-            samples.insert(samples.columns.get_loc("seed"), "variant", "")
         settings = pd.read_csv(io.StringIO(text["settings.csv"])).set_index("run")
         shared = pd.DataFrame([about["settings"]] * len(settings), settings.index)
         runs = samples[["run", *GROUP, "seed"]].drop_duplicates("run").reset_index(drop=True)

@@ -181,7 +181,7 @@ def tell(
         model: what is told.
         own: the templates, for this model; once.
         progress: show on stderr how far it is.
-        beside: the model's templates stay, see `TrainedModel.with_templates`.
+        beside: the model's templates stay, see `TrainedModel.with_codes`.
 
     Raises:
         ConfigError: the network knows the templates of its training only.

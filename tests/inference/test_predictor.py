@@ -246,7 +246,8 @@ def test_conditioned_heads_take_other_templates_after_training(
 
     ids = (*data.split.test[:3], *data.bank.ids)
     pictures = [data.prepared.image(data.prepared.index(i))[None] for i in ids]
-    others = model.with_templates(TemplateBank.of(data.prepared, ids), pictures)
+    bank = TemplateBank.of(data.prepared, ids)
+    others = model.with_codes(bank, model.network.codes(bank.points, pictures))
     found = Predictor(others).predict(image)
     assert found.bank.ids == ids
     own = [ids.index(i) for i in data.bank.ids]
@@ -256,7 +257,7 @@ def test_conditioned_heads_take_other_templates_after_training(
     assert np.array_equal(again.weights, before.weights), "the first model keeps its own"
 
     with pytest.raises(ConfigError, match="heads=conditioned"):
-        load_model(checkpoint).with_templates(others.bank, pictures)
+        load_model(checkpoint).with_codes(bank, others.network.template_codes)
 
 
 def test_several_photographs_of_one_object_are_one_reconstruction(predictor, image):
