@@ -61,10 +61,10 @@ def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
         runs: `run`, `category`, `regime`, `templates` and `seed`.
         settings: of each run (index) what decides it but for these, as text.
     """
-    found = pd.Series("", runs.index)
+    found, common = pd.Series("", runs.index), _usual(settings)
     for _, part in runs.groupby(["regime", "templates"], dropna=False):
         values, chosen = settings.loc[part["run"]], list[str]()
-        usual = _usual(settings) | _usual(values)
+        usual = common | _usual(values)
         # With the usual setting among them: a run is told from it, too, by what is its own.
         rows = pd.concat([values, pd.DataFrame([usual])])
         keys = [key for key in values if values[key].nunique() > 1]

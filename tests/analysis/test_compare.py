@@ -178,6 +178,8 @@ def test_the_best_is_compared_with_the_second():
     assert (lower["a"], lower["b"], lower["difference"]) == ("w", "e", pytest.approx(-0.1))
     assert (higher["a"], higher["b"], higher["difference"]) == ("b", "e", pytest.approx(0.4))
     assert lower["mean_a"] - lower["mean_b"] == pytest.approx(lower["difference"])
+    for row in (lower, higher):
+        assert [row["low"], row["high"]] == pytest.approx([row["difference"]] * 2, abs=0.05)
 
 
 def test_a_network_is_held_against_what_it_retrieves():
