@@ -11,8 +11,8 @@ from rich.console import RenderableType
 
 from ffd_lightning.analysis.budget import SHARES, error_budget
 from ffd_lightning.analysis.compare import compare, decide, is_mean, leads
-from ffd_lightning.analysis.naming import GROUP, differing, name_of, setting_text
-from ffd_lightning.analysis.results import Results
+from ffd_lightning.analysis.naming import GROUP, differing, name_of, setting_labels
+from ffd_lightning.analysis.results import Results, deciding_settings
 from ffd_lightning.analysis.selection import selection_stability, selection_table
 from ffd_lightning.analysis.table import Cell, Table, number
 from ffd_lightning.analysis.uncertainty import MARGIN
@@ -20,7 +20,7 @@ from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.candidates import CANDIDATES
 from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.palette import REGIME_COLORS, regime_title
-from ffd_lightning.run_folder import RunFolder, decides
+from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.terminal import counted
 
 NOTHING = "-"
@@ -293,14 +293,17 @@ def references(results: Results) -> Table | None:
 
 
 def differing_settings(results: Results) -> tuple[Table | None, list[str]]:
-    """Return the settings in which runs differ, a row per run, and those that all share."""
-    kept = [key for key in results.settings if decides(key)]
-    values = results.settings[kept].map(setting_text)
-    different = [key for key in kept if values[key].nunique() > 1]
-    shared = [f"{key}={values[key].iloc[0]}" for key in sorted(set(kept) - set(different))]
+    """Return in what settings differ, beside category and seed, and what all of them share."""
+    values = deciding_settings(results.settings)
+    different = [key for key in values if values[key].nunique() > 1]
+    shared = [
+        f"{key}={values[key].iloc[0]}" for key in sorted(set(values) - {*different, "category"})
+    ]
     if not different:
         return None, shared
-    values, first = values[different], "run"
+    runs, _ = setting_labels(results.runs[results.runs["state"] != "damaged"])
+    values = values.loc[runs.index, different].groupby(runs["label"], sort=False).first()
+    values, first = values.rename_axis(None), "run"
     if len(different) > len(values):  # a row per setting, so that the table is not too wide
         values, first = values.T, "setting"
     rows = [list(row) for row in values.itertuples(name=None)]

@@ -7,7 +7,7 @@ from rich.console import Console
 
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import Cell, Table
-from ffd_lightning.analysis.tables import scores, summary_tables
+from ffd_lightning.analysis.tables import differing_settings, scores, summary_tables
 from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 
 NUMBERS = ["1234.5", "7.25", "0.0 ± 1"]
@@ -83,3 +83,14 @@ def test_a_training_ends_with_scores_and_reasons_under_its_protocol(tmp_path):
     words = ("warmth ↑", "0.7", "central training shape", "the disk is full", "holds no settings")
     assert all(word in text for word in words)
     assert "holds no run that can be read" in printed(*summary_tables([damaged]))
+
+
+def test_settings_stand_once_for_all_seeds_and_categories(tmp_path):
+    runs = (("a", "table", 0, 3), ("b", "lamp", 1, 3), ("c", "table", 0, 9))
+    for name, category, seed, steps in runs:
+        settings = f"schedule: {{steps: {steps}}}\n"
+        write_run(tmp_path / name, category=category, seed=seed, settings=settings)
+    table, shared = differing_settings(Results.read(tmp_path))
+    assert list(table.columns) == ["run", "schedule.steps"]
+    assert sorted(map(list, table.rows)) == [["schedule.steps=3", "3"], ["schedule.steps=9", "9"]]
+    assert shared == ["regime.name=b", "templates.count=4"]

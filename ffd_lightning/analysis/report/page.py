@@ -207,7 +207,8 @@ def _curves(results: Results) -> Markup:
 def _settings(results: Results) -> Section:
     table, shared = tables.differing_settings(results)
     items = Markup("").join(Markup("<li>{}</li>").format(x) for x in shared)
-    blocks = [_text("All runs have the same settings.") if table is None else table.html()]
+    same = "All runs have the same settings, but for category and seed."
+    blocks = [_text(same) if table is None else table.html()]
     blocks.append(
         Markup("<details><summary>{}</summary>\n<ul>{}</ul></details>").format(
             f"{len(shared)} settings that all runs share", items
