@@ -3,8 +3,8 @@
     python docs/tools/pictures.py                     # all, which takes trainings
     python docs/tools/pictures.py overview.jpg figures/method.png
 
-`--runs` and `--data` name folders, by default `runs` and `data`. Notebooks need the extra
-`pictures`. Screenshots of pages (the report, TensorBoard, the viewer) are taken by hand.
+`--runs` and `--data` name folders, by default `runs` and `data`. Notebooks and screenshots need the
+extra `pictures`, screenshots Chromium, too.
 """
 
 from __future__ import annotations
@@ -29,6 +29,10 @@ _LARGEST = 2000  # pixels
 REGIMES = ("b", "w", "e", "r", "posterior")
 SHOWN = ("chair", "plane", "sofa", "bench", "car")
 FIGURES = ("method", "overview", "subdivision", "voxels", "labels")
+SCREENSHOTS = (
+    *("report", "viewer", "tensorboard-scalars", "tensorboard-selection"),
+    *("tensorboard-hparams", "tensorboard-clouds"),
+)
 NOTEBOOKS = {"results": "tables.zip", "deformation": "demo"}
 """Notebooks that are pages, too, and of which runs, or kept results."""
 WEIGHTS = "encoder.weights=neutral.weights.h5"  # of neutral_encoder.py
@@ -130,6 +134,19 @@ def _notebook(place: Place, file: Path) -> None:
         _fewer_colors(drawn)
 
 
+def _screenshot(place: Place, file: Path) -> None:
+    import screenshots
+
+    shown = {
+        "report": place.runs / "demo" / "report.html",
+        "tensorboard": place.runs / "demo/table",
+    }
+    kind = file.stem.partition("-")[0]
+    page = shown[kind] if kind in shown else place.run("demo", "table", "posterior")
+    getattr(screenshots, kind)(page, file)
+    _fewer_colors(file)
+
+
 def _fewer_colors(file: Path) -> None:
     """Write a PNG again with 256 colours: a third of the bytes, and no difference to the eye.
 
@@ -162,6 +179,7 @@ def _pictures() -> dict[str, tuple[str | None, Make]]:
         "scaling.png": (None, _scaling),
     }
     found |= {f"figures/{name}.png": ("demo", _figure) for name in FIGURES}
+    found |= {f"{name}.png": ("demo", _screenshot) for name in SCREENSHOTS}
     for name, source in NOTEBOOKS.items():
         found[f"notebooks/{name}.md"] = None if source.endswith(".zip") else source, _notebook
     for name in categories():
