@@ -36,7 +36,7 @@ class CountProgress:
         self._label, self._total, self._done, self._show = label, total, done, show
         self._unit = f" {unit}" if unit else ""
         self._start = self._last = time.monotonic()
-        self._made = 0
+        self._made = self._first = 0
         self._bar: Progress | None = None
 
     def __enter__(self) -> CountProgress:
@@ -63,7 +63,9 @@ class CountProgress:
         """
         self._made += count
         now = time.monotonic()
-        rate = self._made / max(now - self._start, 1e-9)
+        if self._made == count:  # with what it takes to start: it tells nothing of the others
+            self._start, self._last, self._first = now, now, count
+        rate = (self._made - self._first) / max(now - self._start, 1e-9)
         since, done = now - self._last, self._done + self._made
         if self._bar is not None:
             self._bar.update(self._task, completed=done)

@@ -18,11 +18,11 @@ def clock(monkeypatch):
 def test_a_line_says_how_far_how_fast_and_how_long(clock, capsys):
     with CountProgress("training", 20, 0, True, unit="steps") as bar:
         for number in range(20):
-            clock[0] += 2
+            clock[0] += 2 if number else 30
             bar.advance(1, lambda number=number: f"at {number}")
     found = capsys.readouterr().err.splitlines()
-    assert found[0] == "  training: 6 of 20 steps, 0.5/s, at 5, about 28 s left"
-    assert [line.split()[1] for line in found] == ["6", "12", "18"], "not within ten seconds"
+    assert found[0] == "  training: 7 of 20 steps, 0.5/s, at 6, about 26 s left"
+    assert [line.split()[1] for line in found] == ["7", "13", "19"], "not within ten seconds"
 
 
 def test_on_a_terminal_a_bar_reads_its_note_about_once_a_second(clock, monkeypatch):
