@@ -27,8 +27,10 @@ def report(page: Path, file: Path) -> None:
 
 
 def tensorboard(logs: Path, file: Path) -> None:
-    """Take the page of TensorBoard that the file's name says."""
-    with _served("tensorboard.main", "--logdir", str(logs), "--port", "{port}") as address:
+    """Take the page of TensorBoard that the file's name says; pages show the folder as given."""
+    *_, folder, sweep, category = logs.parts
+    words = ("tensorboard.main", "--logdir", f"{folder}/{sweep}/{category}", "--port", "{port}")
+    with _served(*words, cwd=logs.parents[2]) as address:
         _take(f"{address}/{_PAGES[file.stem]}", file, (1400, 1000), seconds=20)
 
 
@@ -39,13 +41,14 @@ def viewer(run: Path, file: Path) -> None:
 
 
 @contextmanager
-def _served(*command: str) -> Iterator[str]:
+def _served(*command: str, cwd: Path | None = None) -> Iterator[str]:
     """Run a Python module that serves pages on a port, and give their address."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     words = [word.format(port=port) for word in command]
-    server, address = subprocess.Popen([sys.executable, "-m", *words]), f"http://127.0.0.1:{port}"
+    address = f"http://127.0.0.1:{port}"
+    server = subprocess.Popen([sys.executable, "-m", *words], cwd=cwd)
     try:
         answered = False
         while not answered and server.poll() is None:
