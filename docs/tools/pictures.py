@@ -29,10 +29,6 @@ _LARGEST = 2000  # pixels
 REGIMES = ("b", "w", "e", "r", "posterior")
 SHOWN = ("chair", "plane", "sofa", "bench", "car")
 FIGURES = ("method", "overview", "subdivision", "voxels", "labels")
-SCREENSHOTS = (
-    *("report", "viewer", "tensorboard-scalars", "tensorboard-selection"),
-    *("tensorboard-hparams", "tensorboard-clouds"),
-)
 NOTEBOOKS = {"results": "tables.zip", "deformation": "demo"}
 """Notebooks that are pages, too, and of which runs, or kept results."""
 WEIGHTS = "encoder.weights=neutral.weights.h5"  # of neutral_encoder.py
@@ -137,12 +133,10 @@ def _notebook(place: Place, file: Path) -> None:
 def _screenshot(place: Place, file: Path) -> None:
     import screenshots
 
-    shown = {
-        "report": place.runs / "demo" / "report.html",
-        "tensorboard": place.runs / "demo/table",
-    }
     kind = file.stem.partition("-")[0]
-    page = shown[kind] if kind in shown else place.run("demo", "table", "posterior")
+    demo = place.runs / "demo"
+    shown = {"report": demo / "report.html", "tensorboard": demo / "table"}
+    page = shown.get(kind) or place.run("demo", "table", "posterior")
     getattr(screenshots, kind)(page, file)
     _fewer_colors(file)
 
@@ -160,6 +154,8 @@ def _fewer_colors(file: Path) -> None:
 
 def _pictures() -> dict[str, tuple[str | None, Make]]:
     """Return the sweep whose runs each picture shows, None for none, and what writes it."""
+    from screenshots import BOARDS
+
     from ffd_lightning.shapes import categories
 
     demo = partial(_groups, sweep="demo", categories=["table"])
@@ -179,7 +175,7 @@ def _pictures() -> dict[str, tuple[str | None, Make]]:
         "scaling.png": (None, _scaling),
     }
     found |= {f"figures/{name}.png": ("demo", _figure) for name in FIGURES}
-    found |= {f"{name}.png": ("demo", _screenshot) for name in SCREENSHOTS}
+    found |= {f"{name}.png": ("demo", _screenshot) for name in ("report", "viewer", *BOARDS)}
     for name, source in NOTEBOOKS.items():
         found[f"notebooks/{name}.md"] = None if source.endswith(".zip") else source, _notebook
     for name in categories():

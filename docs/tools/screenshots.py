@@ -13,12 +13,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 _FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-_PAGES = {
+BOARDS = {
     "tensorboard-scalars": "?tagFilter=_chamfer%7Ceffective#timeseries",
     "tensorboard-selection": "?tagFilter=which_template%2F(bars%7Cselected)#timeseries",
     "tensorboard-hparams": "#hparams",
     "tensorboard-clouds": "#mesh",
 }
+"""Pages of TensorBoard, by the names of their pictures."""
 
 
 def report(page: Path, file: Path) -> None:
@@ -31,7 +32,7 @@ def tensorboard(logs: Path, file: Path) -> None:
     *_, folder, sweep, category = logs.parts
     words = ("tensorboard.main", "--logdir", f"{folder}/{sweep}/{category}", "--port", "{port}")
     with _served(*words, cwd=logs.parents[2]) as address:
-        _take(f"{address}/{_PAGES[file.stem]}", file, (1400, 1000), seconds=20)
+        _take(f"{address}/{BOARDS[file.stem]}", file, (1400, 1000), seconds=20)
 
 
 def viewer(run: Path, file: Path) -> None:
