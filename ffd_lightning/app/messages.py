@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable
 
+from hydra.core.config_store import ConfigStore
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from omegaconf.errors import OmegaConfBaseException
 
@@ -51,10 +52,13 @@ def explain(error: BaseException) -> str:
     """Return one message for a configuration error: what is wrong, and what could be meant."""
     if isinstance(error, UserError):
         return str(error)
-    if isinstance(error, MissingConfigException) and error.missing_cfg_file and error.options:
+    if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         group, _, name = error.missing_cfg_file.rpartition("/")
-        hint = did_you_mean(name, error.options, f"{group}=")
-        choices = ", ".join(error.options)
+        # Hydra names the options of group=option, not of group=[option].
+        stored = error.options or ConfigStore.instance().list(group)
+        options = [name.removesuffix(".yaml") for name in stored]
+        hint = did_you_mean(name, options, f"{group}=")
+        choices = ", ".join(options)
         if group == "category":
             choices += f"; another of your data: category=custom category.name={name}"
         return f"no {group} {name!r}.{hint} Choices: {choices}"

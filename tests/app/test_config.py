@@ -99,6 +99,7 @@ MISTAKES = [
     # groups and options
     (["category=tabel"], ["no category 'tabel'. Did you mean category=table?", "watercraft"]),
     (["+regime.terms.mine.term=chamfre"], ["no term 'chamfre'. Did you mean chamfer?"]),
+    (["regime/term=[chamfre]"], ["no regime/term 'chamfre'. Did you mean", "uniform_penalty"]),
     # settings
     (["schdule=quick"], ["no setting 'schdule'. Did you mean schedule?"]),
     (["data.parts_root=."], ["no setting 'data.parts_root'", "num_models"]),  # of another option
