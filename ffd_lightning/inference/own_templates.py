@@ -276,6 +276,8 @@ def _categories(folder: Path, of_model: Sequence[str]) -> list[Path]:
     flat = any(path.suffix.lower() in EXTENSIONS for path in inside)
     for names in () if flat else (of_model, SYNSETS):
         if found := [path for path in inside if path.is_dir() and name_of(path.name) in names]:
+            if others := [p.name for p in inside if p.is_dir() and p not in found]:
+                _warn(f"{folder}: no categories of the network, left out: {', '.join(others)}")
             return found
     return [folder]
 

@@ -173,6 +173,7 @@ def test_folders_of_shapes_may_be_links(root):
     write_folder(root, {"elsewhere/m.obj": OBJ})
     (root / "chair").mkdir()
     (root / "chair/linked").symlink_to(root / "elsewhere", target_is_directory=True)
+    (root / "elsewhere/circular.obj").symlink_to(root / "elsewhere/circular.obj")
     before = FolderSource(root).fingerprint("chair")
     write_folder(root, {"elsewhere/m.mtl": ""})
     assert FolderSource(root).fingerprint("chair") != before

@@ -212,6 +212,16 @@ def test_gltf_colours(folder):
     for mode, alpha in (("OPAQUE", 255), ("BLEND", 102)):
         folder.write("m.gltf", gltf(factor=[0.2140, 0, 1, 0.4], alphaMode=mode))
         np.testing.assert_array_equal(folder.load("m.gltf").face_colors, [[128, 0, 255, alpha]])
+    painted = json.loads(gltf())
+    colors = struct.pack("<12H", *3 * [65535, 25800, 0, 65535])
+    uri = "data:application/octet-stream;base64," + base64.b64encode(colors).decode()
+    painted["buffers"] += [{"byteLength": 24, "uri": uri}]
+    painted["bufferViews"] += [{"buffer": 1, "byteOffset": 0, "byteLength": 24}]
+    accessor = {"bufferView": 2, "componentType": 5123, "count": 3, "type": "VEC4"}
+    painted["accessors"] += [{**accessor, "normalized": True}]
+    painted["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 2
+    folder.write("painted.gltf", json.dumps(painted))
+    np.testing.assert_array_equal(folder.load("painted.gltf").face_colors, [[255, 100, 0, 255]])
     folder.write("tex.gltf", gltf(texture="x.png", factor=[1, 0, 1, 1], alphaMode="MASK"))
     folder.write("x.png", png((100, 100, 100, 140)))
     mesh = folder.load("tex.gltf")
@@ -241,8 +251,12 @@ STL += "endloop\nendfacet\nendsolid s\n"
 OFF = "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
 POINTS = "0 0 0\n1 0 0\n0 1 0\n"
 LATIN_PLY = PLY.format(colors="comment st\xfchle\n", count=1) + POINTS + "3 0 1 2\n"
+CONCAVE = "v 2 2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\nv 1 1 0\n"  # a square without a quarter
 GOOD = {
     "n-gons": ("obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n", 3, 4.0),
+    "concave": ("obj", CONCAVE + "f 1 2 3 4 5\n", 3, 3.0),
+    "concave, backwards": ("obj", CONCAVE + "f 4 3 2 1 5\n", 3, 3.0),
+    "tabs, CR, comments": ("obj", "v\t0 0 0 # a\rv 1 0 0\rv 0 1 0\rf\t1 2 3 # b\r", 1, 0.5),
     "NaN face": ("obj", TRIANGLE + "v nan 0 0\nf 1 2 3\nf 1 2 4\n", 1, 0.5),
     "degenerate": ("obj", TRIANGLE + "f 1 2 3\nf 1 1 2\nf 3 3 3\n", 1, 0.5),
     "latin-1": ("obj", b"# st\xfchle\ng l\xe4nge\n" + (TRIANGLE + "f 1 2 3\n").encode(), 1, 0.5),
@@ -275,12 +289,20 @@ def test_negative_indices_count_from_their_line(folder):
     assert set(mesh.vertices[mesh.faces][..., 2].sum(1)) == {0, 15}
 
 
-def test_an_off_that_ends_early_is_rejected(folder):
+def test_what_a_concave_face_is_cut_into_looks_as_it_does(folder):
+    folder.write("m.obj", CONCAVE + "f 1 2 3 4 5\n")
+    a, b, c = folder.load().vertices[folder.load().faces].swapaxes(0, 1)
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+
+
+def test_a_text_that_ends_early_is_rejected(folder):
     folder.write("m.off", "OFF4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 2 3\n")
     assert area(folder.load("m.off")) == pytest.approx(1)
     folder.write("m.off", "OFF4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n")
-    with pytest.raises(RejectedShapeError, match="incomplete: it has 5 of 6"):
-        folder.load("m.off")
+    folder.write("m.ply", PLY.format(colors="", count=3) + POINTS + "3 0 1 2\n3 0 2 1\n")
+    for name in ("m.off", "m.ply"):
+        with pytest.raises(RejectedShapeError, match="incomplete: it has 5 of 6"):
+            folder.load(name)
 
 
 BAD = {

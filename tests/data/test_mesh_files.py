@@ -12,6 +12,9 @@ def test_materials_are_found_beside_a_file_and_decide_what_is_prepared(tmp_path)
     shape = pickle.loads(pickle.dumps(source)).load("any", "a")
     assert shape.mesh.textures[0][0, 0].tolist() == [200, 30, 30, 255]
     assert shape.mesh.vertices.min(axis=0).tolist() == [-1, 0, 0]
+    write_folder(tmp_path, {"b/b.obj": TEXTURED, "b/m.mtl": "newmtl m\nKd 1 1 1\n"})
+    white = MeshFiles({"b": tmp_path / "b/b.obj"}).load("any", "b")
+    assert white.mesh.face_colors.tolist() == [[178, 178, 178, 255]], "to be seen on white"
     before = source.fingerprint("any")
     write_folder(tmp_path, {"far/away/x.png": "of no shape"})
     assert source.fingerprint("any") == before

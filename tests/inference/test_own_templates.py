@@ -83,7 +83,7 @@ def test_parts_and_textures_are_carried(model, tmp_path):
     assert found.meshes[0].textures[0][0, 0].tolist() == [200, 30, 30, 255]
 
 
-def test_layouts(model, folder, tmp_path):
+def test_layouts(model, folder, tmp_path, capfd):
     def ids(*places):
         return of_files(model, places, root=tmp_path / "data", progress=False).bank.ids
 
@@ -94,6 +94,7 @@ def test_layouts(model, folder, tmp_path):
     for category in ("04379243", "chair"):
         shutil.copytree(folder, tree / category)
     assert ids(tree) == ("low", "tall", "wide"), "tables, which the model was trained on"
+    assert "left out: chair" in capfd.readouterr().err
     shutil.rmtree(tree / "04379243")
     joint = of_files(
         replace(model, categories=("table", "chair")), tree / "chair", root=tree.parent

@@ -8,6 +8,7 @@ import os
 import zipfile
 import zlib
 from collections.abc import Iterable
+from os.path import isfile
 from pathlib import Path, PurePath, PurePosixPath
 
 from ffd_lightning.errors import DataError, RejectedShapeError
@@ -34,7 +35,7 @@ def files_below(top: Path) -> dict[PurePath, os.stat_result]:
                     continue
                 if entry.is_dir(follow_symlinks=False):
                     folders.append(folder / entry.name)
-                elif entry.is_file():
+                elif entry.is_file(follow_symlinks=False) or isfile(entry.path):  # no circular link
                     found[folder / entry.name] = entry.stat()
     return dict(sorted(found.items()))
 

@@ -108,7 +108,10 @@ def face_colors(
             return colors, index, np.nan_to_num(uv[faces, :2], posinf=0, neginf=0)
     painted = visual.vertex_attributes.get("color")
     if _fits(painted, geometry, 3):
-        rgba = trimesh.visual.color.to_rgba(np.array(painted))
+        painted = np.array(painted)
+        if painted.dtype == np.uint16:  # glTF may have them as parts of 65535
+            painted = np.round(painted / 257).astype(np.uint8)
+        rgba = trimesh.visual.color.to_rgba(painted)
         colors = np.round(_mean_colors(rgba, faces) * (color / 255.0)).astype(np.uint8)
     return colors, index, uvs
 

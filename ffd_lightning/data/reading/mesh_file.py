@@ -21,8 +21,10 @@ from pathlib import Path, PurePath
 from typing import Any
 from urllib.parse import unquote
 
+import mapbox_earcut
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 from PIL import Image
 from trimesh.resolvers import Resolver
 
@@ -43,7 +45,9 @@ FOREIGN = (
 _NO_LIBRARY = "material files are absent"
 _NO_TEXTURE = "textures that the materials name are absent"
 _NAMED = 5  # files that a warning names; a shape may lack hundreds
-_UNSUPPORTED = re.compile(rb'KHR_draco_mesh_compression|"sparse"\s*:')  # of glTF, by trimesh
+_UNSUPPORTED = re.compile(  # of glTF, by trimesh
+    rb'KHR_draco_mesh_compression|EXT_meshopt_compression|EXT_mesh_gpu_instancing|"sparse"\s*:'
+)
 
 Problems = dict[str, dict[str, None]]
 Read = Callable[[Any], bytes]
@@ -230,7 +234,14 @@ def _mended(data: bytes, kind: str, name: str) -> bytes:
         data = _as_utf8(data[:end]) + data[end:]
     if kind == "off":
         _check_off(data, name)
-    return _absolute_indices(data) if kind == "obj" else data
+    if kind == "ply" and re.search(rb"^format ascii", data[:end], re.MULTILINE):
+        counts = re.findall(rb"^element\s+\S+\s+(\d+)", data[:end], re.MULTILINE)
+        _check_count(name, sum(map(int, counts)), len(data[end:].split(b"\n", 1)[-1].splitlines()))
+    if kind != "obj":
+        return data
+    data = re.sub(rb"\r\n?", b"\n", data).replace(b"\\\n", b" ").replace(b"\t", b" ")
+    data = re.sub(rb"^((?:v|vt|vn|f) [^#\n]*)#.*", rb"\1", data, flags=re.MULTILINE)
+    return _without_concave_faces(_absolute_indices(data))
 
 
 def _as_utf8(data: bytes) -> bytes:
@@ -247,7 +258,7 @@ def _absolute_indices(data: bytes) -> bytes:
     """Replace an OBJ's negative indices: they count back from their line, trimesh from the end."""
     if not re.search(rb"^f[^\n]*[ \t/]-\d", data, re.MULTILINE):
         return data
-    lines = re.sub(rb"\\\r?\n", b" ", data).splitlines()
+    lines = data.split(b"\n")
     seen: Counter[bytes] = Counter()
     for i, line in enumerate(lines):
         first, *corners = line.split() or [b""]
@@ -263,6 +274,44 @@ def _absolute_indices(data: bytes) -> bytes:
     return b"\n".join(lines)
 
 
+def _without_concave_faces(data: bytes) -> bytes:
+    """Cut an OBJ's concave faces into triangles: trimesh cuts every face from its first corner."""
+    lines = data.split(b"\n")
+    by_size: dict[int, list[tuple[int, list[bytes], list[int]]]] = {}
+    for i, line in enumerate(lines):
+        if line.startswith(b"f ") and len(corners := line.split()[1:]) > 3:
+            index = [int(corner.partition(b"/")[0]) - 1 for corner in corners]
+            by_size.setdefault(len(corners), []).append((i, corners, index))
+    if not by_size:
+        return data
+    places = np.array([line.split()[1:4] for line in lines if line.startswith(b"v ")], np.float64)
+    for faces in by_size.values():
+        around = places[[index for _, _, index in faces]]  # (faces, corners, 3)
+        edges = np.roll(around, -1, axis=1) - around
+        turns = np.cross(np.roll(edges, 1, axis=1), edges)
+        spokes = around - around[:, :1]
+        normals = np.cross(spokes, np.roll(spokes, -1, axis=1)).sum(axis=1)
+        bends = (turns * normals[:, None]).sum(axis=2)
+        concave = bends.min(axis=1) < -1e-6 * np.abs(bends).max(axis=1)
+        for k in np.flatnonzero(concave):
+            place, corners, _ = faces[k]
+            cut = [[corners[c] for c in t] for t in _triangles(around[k], normals[k])]
+            if cut:
+                lines[place] = b"\n".join(b"f " + b" ".join(triangle) for triangle in cut)
+    return b"\n".join(lines)
+
+
+def _triangles(corners: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return triangles (t, 3) of a polygon with corners (k, 3); they turn about `normal`, too."""
+    flat = np.delete(corners, np.abs(normal).argmax(), axis=1)
+    ends = np.array([len(flat)], np.uint32)
+    found = mapbox_earcut.triangulate_float64(flat, ends).reshape(-1, 3).astype(np.int64)
+    a, b, c = corners[found].swapaxes(0, 1)
+    turned = (np.cross(b - a, c - a) * normal).sum(axis=1) < 0
+    found[turned] = found[turned][:, ::-1]
+    return found
+
+
 def _check_off(data: bytes, name: str) -> None:
     """Reject an OFF that ends before its last face: trimesh reads what there is without a word."""
     rows = [row for line in data.splitlines() if (row := line.split(b"#")[0].strip())]
@@ -270,7 +319,11 @@ def _check_off(data: bytes, name: str) -> None:
     if header is None:
         raise RejectedShapeError(f"{name} is not of a kind of OFF that can be read")
     counts = header[1].split() or rows[1].split()
-    promised, there = sum(map(int, counts[:2])), len(rows) - (1 if header[1] else 2)
+    _check_count(name, sum(map(int, counts[:2])), len(rows) - (1 if header[1] else 2))
+
+
+def _check_count(name: str, promised: int, there: int) -> None:
+    """Reject a text file that ends before its last vertex or face."""
     if there < promised:
         raise RejectedShapeError(
             f"{name} is incomplete: it has {there:,} of {promised:,} vertices and faces"

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from ffd_lightning.data.reading.files import digest_of_files, is_hidden
+from ffd_lightning.data.reading.materials import shown_on_white
 from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_mesh
 from ffd_lightning.data.reading.orientation import Up, check_orientation, orient
 from ffd_lightning.data.source import Source, SourceShape
@@ -41,7 +42,8 @@ class MeshFiles(Source):
         """Return one shape; see `Source.load`."""
         file = self.files[shape_id]
         mesh, warnings = read_mesh(file, self._beside[file.parent])
-        return SourceShape(orient(mesh, self.up, self.yaw)).warned(*warnings)
+        mesh, white = shown_on_white(mesh)
+        return SourceShape(orient(mesh, self.up, self.yaw)).warned(*warnings, white)
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return how shapes are turned, and a hash over what is known of all files."""
@@ -51,7 +53,7 @@ class MeshFiles(Source):
             for name, file in sorted({*self.files.items(), *others})
         ]
         turned = {"up": self.up, "yaw": self.yaw}
-        return {"source": "mesh_files", "sha256": digest_of_files(facts), **turned}
+        return {"source": "mesh_files", "loader": 2, "sha256": digest_of_files(facts), **turned}
 
 
 def name_files(files: Iterable[Path]) -> dict[str, Path]:
