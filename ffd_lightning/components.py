@@ -22,8 +22,9 @@ import traceback
 import types
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
@@ -218,7 +219,7 @@ def _helps(target: Any) -> dict[str, str]:
     """Return what docstrings say of parameters; those of inherited ones are found, too."""
     found: dict[str, str] = {}
     for each in reversed(_bases(target)):
-        for doc in (vars(each).get("__doc__"), getattr(vars(each).get("__init__"), "__doc__", "")):
+        for doc in (each.__doc__, getattr(vars(each).get("__init__"), "__doc__", "")):
             for p in parse(doc or "").params:
                 for name in p.arg_name.split(","):
                     found[name.strip()] = " ".join((p.description or "").split())
@@ -243,6 +244,8 @@ def plain(value: Any) -> Any:
     """
     if hasattr(value, "tolist"):  # of NumPy
         return value.tolist()
+    if isinstance(value, Enum):
+        return value.name
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, Path):
@@ -271,8 +274,8 @@ _SCALARS: dict[Any, tuple[type, ...]] = {
 def typed(hint: Any, value: Any, where: str) -> Any:
     """Return a plain value as what a signature asks for; `where` names it in messages.
 
-    Types are numbers, with a `Range` or without, str, bool, Path, Literal, lists, tuples and dicts
-    of those, dataclasses, and unions. Values of other types are passed on.
+    Types are numbers, with a `Range` or without, str, bool, Path, Literal, Enums by their names,
+    lists, tuples and dicts of those, dataclasses, and unions. Values of other types are passed on.
 
     Raises:
         ConfigError: it is of another type, or out of its range.
@@ -283,9 +286,14 @@ def typed(hint: Any, value: Any, where: str) -> Any:
     origin, args = get_origin(hint), get_args(hint)
     kind = origin or hint
     if kind in (typing.Union, types.UnionType):
+        inner: list[_WrongType] = []  # of values that it holds
         for each in filter(described, args):
-            with suppress(_WrongType):
+            try:
                 return typed(each, value, where)
+            except _WrongType as error:
+                inner += [error] * (not str(error).startswith(f"{where}="))
+        if inner:
+            raise inner[0]
     elif kind is Annotated:
         found = typed(args[0], value, where)
         ranges = [each.interval for each in args[1:] if isinstance(each, Range)]
@@ -298,6 +306,9 @@ def typed(hint: Any, value: Any, where: str) -> Any:
     elif kind is type(None):
         if value is None:
             return None
+    elif isinstance(kind, type) and issubclass(kind, Enum):
+        if isinstance(value, kind) or value in kind.__members__:
+            return value if isinstance(value, kind) else kind[value]
     elif kind is Literal:
         if any(value == each and type(value) is type(each) for each in args):
             return value
@@ -330,6 +341,8 @@ def _sequence(kind: type, args: tuple[Any, ...], value: Any, where: str) -> Any:
 
 def choices(hint: Any) -> tuple[Any, ...]:
     """Return the values that a type has, () where they are not counted."""
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return tuple(hint.__members__)
     return get_args(hint) if get_origin(hint) is Literal else ()
 
 
@@ -357,8 +370,8 @@ def described(hint: Any) -> str:
 def written(value: Any) -> str:
     """Return a value as it is written on a command line.
 
-    >>> written([1, True, None])
-    '[1,true,null]'
+    >>> written([1, True, None]), written({"a": 0.5})
+    ('[1,true,null]', '{a:0.5}')
     """
     if value is None:
         return "null"
@@ -366,6 +379,8 @@ def written(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, list | tuple):
         return f"[{','.join(map(written, value))}]"
+    if isinstance(value, Mapping):
+        return f"{{{','.join(f'{k}:{written(v)}' for k, v in value.items())}}}"
     return str(plain(value))
 
 

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -15,6 +16,7 @@ from torch import nn
 from ffd_lightning import components
 from ffd_lightning.components import Component, Range, component, find, make, settings_of, typed
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.training.schedules import one_cycle
 
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
 
@@ -72,6 +74,7 @@ def test_a_signature_is_the_settings():
     assert found["size"].help == "of a patch, in pixels."
     assert found["depth"].help == "of the layers.", "settings where it is inherited from"
     assert components.summary(patches()) == "Convolutions on patches."
+    assert settings_of(one_cycle)["warm_up"].help.startswith("share of the steps"), "of a function"
 
 
 def test_what_was_built_is_built_again_from_plain_values():
@@ -96,6 +99,11 @@ class Inner:
     angles: list[float] = field(default_factory=lambda: [45.0])
 
 
+class Norm(Enum):
+    BATCH = "batch"
+    LAYER = "layer"
+
+
 VALUES = [
     (int, 3, 3),
     (float, 3, 3.0),
@@ -109,6 +117,8 @@ VALUES = [
     (Literal["a", "b"], "b", "b"),
     (Inner, {"angles": [1]}, Inner([1.0])),
     (torch.Tensor | float, 1, 1.0),
+    (Norm, "BATCH", Norm.BATCH),
+    (Norm | None, Norm.LAYER, Norm.LAYER),
     (Annotated[int, Range("(0, inf)")] | None, 1, 1),
 ]
 REFUSED = [
@@ -116,6 +126,8 @@ REFUSED = [
     (bool, 3, "x=3 must be true or false"),
     (float | None, "a", "x=a must be a number or null"),
     (Literal["val", "test"], "tset", "x=tset must be one of val, test. Did you mean test?"),
+    (Norm, "batch", "x=batch must be one of BATCH, LAYER"),
+    (dict[str, int] | None, {"a": 1, "b": "c"}, "x.b=c must be a whole number"),
     (tuple[int, int], [1], r"x=\[1\] must be 2 values"),
     (Annotated[int, Range("(0, inf)")] | None, 0, "x=0 must be above 0"),
     (Annotated[list[float], Range("[0, 1)")], [0, 1], r"x=\[0.0,1.0\] must lie in \[0, 1\)"),

@@ -107,7 +107,8 @@ def build_encoder(cfg: Any) -> ImageEncoder:
     encoder = _built(cfg.encoder, ImageEncoder, image_size=size, batch_norm_momentum=momentum)
     load_first_weights(encoder, cfg.encoder.first_weights)
     with torch.random.fork_rng(devices=[]), torch.no_grad(), evaluating(encoder):
-        shape = tuple(encoder(torch.zeros(1, 3, *size)).shape)
+        found = encoder(torch.zeros(1, 3, *size))
+    shape = tuple(found.shape) if isinstance(found, torch.Tensor) else type(found).__name__
     expected = (1, encoder.out_channels, *encoder.output_size(size))
     if shape != expected:
         raise ConfigError(
@@ -160,13 +161,16 @@ def regime(name: str, *overrides: str, annealing_steps: float = 10_000) -> Objec
         annealing_steps: b_0, over which annealed weights fade by a factor of e.
 
     Raises:
-        HydraException: no such regime.
-        ConfigError: overrides that do not fit.
+        ConfigError: no such regime, or overrides that do not fit.
     """
     from ffd_lightning.app.configuration import compose_config, typed_config
+    from ffd_lightning.app.messages import SHOWN, explain
 
     own = [f"regime={name}", *(_in_regime(override) for override in overrides)]
-    cfg = typed_config(compose_config("train", TrainConfig, own), TrainConfig)
+    try:
+        cfg = typed_config(compose_config("train", TrainConfig, own), TrainConfig)
+    except SHOWN as error:
+        raise ConfigError(explain(error)) from None
     return build_objective(cfg.regime, annealing_steps)
 
 

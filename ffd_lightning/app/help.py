@@ -68,10 +68,23 @@ def _group(place: str, hint: Any, folders: Sequence[Path]) -> Iterator[Section]:
         provider, found = components.provider(kind, name), components.settings(kind, name)
         text = components.summary(components.find(kind, name))
         text += "" if provider == OWN else f" ({provider})"
-        yield Section(f"{title}={name}", text, {}, {f"{prefix}.{k}": s for k, s in found.items()})
+        yield Section(f"{title}={name}", text, {}, dict(_flat(prefix, found)))
     for name, setting in settings.items():
         if _is_group(setting):
             yield from _group(f"{place}.{name}", setting.hint, folders)
+
+
+def _flat(prefix: str, settings: Mapping[str, Setting]) -> Iterator[tuple[str, Setting]]:
+    """Yield settings by their whole names, those of a dataclass one by one."""
+    for name, setting in settings.items():
+        if dataclasses.is_dataclass(setting.hint) and setting.default is not None:
+            inner = settings_of(setting.hint)
+            if setting.default != components.MISSING:
+                values = vars(setting.default)
+                inner = {k: dataclasses.replace(s, default=values[k]) for k, s in inner.items()}
+            yield from _flat(f"{prefix}.{name}", inner)
+        else:
+            yield f"{prefix}.{name}", setting
 
 
 def _option_files(group: str, folders: Sequence[Path]) -> list[Path]:

@@ -69,7 +69,8 @@ def explain(error: BaseException) -> str:
     if isinstance(error, OverrideParseException):
         line = error.override or ""
         key, equals, value = line.partition("=")
-        twice = f"""; quoted twice, any value is read: '{key}="{value}"'""" if equals else ""
+        twice = f"""; quoted twice, any value is read: '{key}="{value}"'"""
+        twice *= bool(equals) and "'" not in value
         return (
             f"{message if line in message else f'{line}: {message}'}: write group=option or "
             f"key=value, quoted for the shell where needed{twice}"
