@@ -152,12 +152,12 @@ def _runs(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def colors_of(names: Sequence[str]) -> dict[str, str]:
-    """Return a colour for each name; a regime's own where all are regimes."""
-    if set(names) <= set(REGIME_COLORS):
-        return {name: REGIME_COLORS[name] for name in names}
+    """Return a colour for each name: a regime's own, the others' in order."""
+    own = {name: REGIME_COLORS[name] for name in names if name in REGIME_COLORS}
+    free = iter(color for color in COLORS if color not in own.values())
     if len(names) > len(COLORS):
         return _scale(names)
-    return dict(zip(names, COLORS, strict=False))
+    return {name: own.get(name) or next(free) for name in names}
 
 
 def _scale(names: Sequence[str]) -> dict[str, str]:

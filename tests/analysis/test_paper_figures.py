@@ -176,7 +176,8 @@ def test_the_command_writes_a_picture(run, example, tmp_path, capsys, monkeypatc
     opened = replace(example, weights=np.asarray([0.4, 0.6], np.float32))
     monkeypatch.setattr(figure_examples, "collect", lambda *_, **options: [[opened]])
     file = tmp_path / "new" / "a.png"
-    arguments = (str(run.path), "number=1", "size=64", "top=1", f"out={file}")
+    arguments = [str(run.path), "number=1", "size=64", f"out={file}"]
+    arguments += ["top=1"] * (figure == "method")
     assert call(figures, f"figure={figure}", *arguments) == 0
     assert capsys.readouterr().out == f"{file}\n"
     picture = np.asarray(Image.open(file))

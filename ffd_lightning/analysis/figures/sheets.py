@@ -174,12 +174,13 @@ def voxels(example: Example, view: View, count: int) -> list[Cell]:
     shape = example.deformed()
     predicted, true = _voxels(shape), _voxels(example.truth)
     kinds = np.where(predicted, np.where(true, 1, 3), np.where(true, 2, 0))
+    iou = next(metric for metric in _PAPER.metrics if metric.name == "iou")
     cubes = voxel_mesh(kinds, list(AGREEMENT.values()))
     behind = replace(view.camera, azimuth=(view.camera.azimuth + 180) % 360)
     return [
         Cell("deformed mesh", painted(shape.mesh(), DEFORMED), _template(example).label),
         _truth(example),
-        Cell("voxels", cubes, score_text(_PAPER.metrics[-1], voxel_iou(predicted, true))),
+        Cell("voxels", cubes, score_text(iou, voxel_iou(predicted, true))),
         Cell("voxels from behind", cubes, camera=behind),
     ]
 

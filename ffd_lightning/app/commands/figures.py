@@ -72,6 +72,13 @@ def main(settings: Settings) -> int:
         raise ConfigError("runs=[]: at least one run must be shown")
     if settings.out and Path(settings.out).suffix.lower() not in ("", ".png"):
         raise ConfigError(f"out={settings.out}: figures are written as .png")
+    for name, used in (
+        ("top", settings.figure == "method"),
+        ("seed", settings.pick == "random" and not settings.models),
+        ("pick", not settings.models),
+    ):
+        if not used and (value := getattr(settings, name)) != getattr(Settings, name):
+            raise ConfigError(f"{name}={value} means nothing here: leave it out")
     runs = [RunFolder.at(name) for name in settings.runs]
     # As the user wrote it where there is one run.
     places = [run.path.resolve() for run in runs]
