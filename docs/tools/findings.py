@@ -604,7 +604,7 @@ def save(results: Results, file: Path, about: Mapping[str, Any]) -> None:
     runs = list(results.scored["run"])
     names = zip(results.samples["run"], results.samples["template"], strict=True)
     family = [results.families.get(run, {}).get(template, "") for run, template in names]
-    settings = results.settings.loc[runs].filter(regex=r"^(?!paths\.)").map(_without_folder)
+    settings = results.settings.loc[runs].filter(regex=r"^(?!paths\.|base$)").map(_without_folder)
     shared = [key for key in settings if settings[key].map(repr).nunique() == 1]
     known = {
         "protocol": results.protocol.to_json(),

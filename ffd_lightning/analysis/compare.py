@@ -65,7 +65,7 @@ def compare(
     if len(without):
         raise DataError(
             f"{without.iloc[0]} has samples without {measure}: ffd evaluate "
-            f"run={without.iloc[0]} (references=true for what a network must beat)"
+            f"run={without.iloc[0]} (evaluation.references=true for what a network must beat)"
         )
     alone = set(names) <= {"regime", "templates"}
     settings = deciding_settings(results.settings) if alone else pd.DataFrame()

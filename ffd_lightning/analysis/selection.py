@@ -61,11 +61,11 @@ def selection_table(results: Results) -> pd.DataFrame:
 def selection_stability(results: Results) -> pd.DataFrame:
     """Return how alike the seeds of a setting select templates, over the samples both have.
 
-    Which templates there are to select from may differ between seeds (`templates.seed`, a ranking
-    of another run). `adjusted_rand` compares only which samples go together, and holds for that
-    too; `same_template` asks for the very same template and is low then for that reason alone. Of
-    runs that nearly always select one template (see `effective_templates`) the adjusted Rand index
-    says little: it is 0 as soon as the few exceptions are others.
+    Which templates there are to select from may differ between seeds (`template_strategy.seed`, a
+    ranking of another run). `adjusted_rand` compares only which samples go together, and holds for
+    that too; `same_template` asks for the very same template and is low then for that reason alone.
+    Of runs that nearly always select one template (see `effective_templates`) the adjusted Rand
+    index says little: it is 0 as soon as the few exceptions are others.
 
     Returns:
         A row per category, regime, templates and variant. Columns: those; `num_seeds`; `num_pairs`

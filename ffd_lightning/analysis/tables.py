@@ -168,8 +168,8 @@ def deformed_meshes(results: Results, by: Sequence[str] = GROUP) -> Table | None
     if "folded" not in results.scored:
         return None
     note = (
-        "Folded: share of the surface turned inside out; stretch: ratio of edge lengths, 95th "
-        "percentile; bending: squared second differences of the offsets."
+        "Folded: share of the surface turned inside out; stretch: factor by which edges become "
+        "longer or shorter, 95th percentile; bending: squared second differences of the offsets."
     )
     return _numbers(results.scored, columns, by, "Deformed meshes", note)
 

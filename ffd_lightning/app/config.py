@@ -397,8 +397,8 @@ class TemplateSettings:
 
     Attributes:
         templates: meshes to take as templates in place of the network's own: a folder, files, a
-            pattern, or a list of those; for networks of heads=conditioned, as that is which comes
-            with the package.
+            pattern, or a list of those. The network must have heads=conditioned, as the packaged
+            one does.
         up: the axis of those meshes that points up.
         yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
         beside: the network's own templates stay beside them.
@@ -417,7 +417,8 @@ class EvaluateConfig(TemplateSettings):
     Attributes:
         run: a run folder.
         checkpoint: another file than the run's newest.
-        prepared: the folder of another prepared set than the run's own; all its shapes are tested.
+        prepared: the folder of another prepared set than the run's own; all its shapes are tested
+            but variants and the run's templates.
         data_root: where the run's prepared data is, if not where it was.
         templates: meshes to take as templates in place of the run's, see `ffd predict`; `train` for
             all shapes of the run that are not tested on. Shapes among them are not tested.

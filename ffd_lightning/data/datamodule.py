@@ -257,7 +257,7 @@ class FfdDataModule(LightningDataModule):
         bank: the templates, after `setup`.
         split: ids of each subset, after `setup`.
         variants: ids of the variants that are trained on beside the training shapes, after `setup`:
-            those of training shapes and of templates.
+            of all shapes that the split gives to training, also of those that become templates.
         seen_twins: ids of the shapes that are not trained on, but have a near copy that is, or is a
             template, after `setup`; see `data.twins`.
     """

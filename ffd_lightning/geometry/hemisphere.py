@@ -26,7 +26,7 @@ class Hemisphere(NamedTuple):
     def transform(self, points: ArrayLike) -> NDArray[np.float64]:
         """Carry points (*batch, 3) into the frame where this hemisphere is centred, of radius 3.2.
 
-        What was inside has y >= 0 and lies within that of the origin afterwards. Nothing is turned.
+        What was inside has y >= 0 and lies within 3.2 of the origin afterwards. Nothing is turned.
         A prediction is carried by the hemisphere of its ground truth.
 
         Raises:

@@ -26,6 +26,9 @@ def subdivide(
 
     The paper: 0.02 for meshes of diagonal 1.
 
+    Raises:
+        ValueError: `max_edge` is not above 0.
+
     Source: the paper's section 4.2.
     """
     import trimesh  # takes 0.4 s, and a run on prepared data needs it at its end only

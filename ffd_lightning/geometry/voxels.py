@@ -64,7 +64,8 @@ def surface_voxels(
             measured with 0.51. Above 0.5 the outermost voxels also feel what is just outside.
 
     Raises:
-        ValueError: vertices that are not finite or absurdly far away (1e100 voxels).
+        ValueError: vertices that are not finite or absurdly far away (1e100 voxels), or that faces
+            name and that are not there.
 
     Source: Akenine-Möller 2001, "Fast 3D triangle-box overlap testing": thirteen separating axes.
 

@@ -178,7 +178,8 @@ class Predictor:
     ) -> Reconstruction:
         """Reconstruct the one object that several framed photographs show, from any sides.
 
-        Template weights are multiplied, offsets averaged; colours and viewpoint are of the first.
+        Template weights are their geometric mean over the photographs, scaled to add up to 1,
+        offsets the mean; colours and viewpoint are of the first.
         Arguments and errors are those of `predict_framed`.
         """
         if category is not None:

@@ -174,7 +174,8 @@ class ConditionedHeads(Heads):
     The last term is what the paper's last layer, a matrix for each template, becomes when the
     matrices are a function of codes and share a low rank.
 
-    Training draws templates anew each step, from all shapes that are trained on.
+    Training draws templates anew each step, from all shapes that are trained on, up to half of them
+    from the run's own templates.
 
     Args:
         in_channels: channels of the feature map.

@@ -40,10 +40,10 @@ _CLOUD_POINTS = 2048
 class Clock(Callback):
     """Times steps, data included and validation left out, and writes curves beside the logger's.
 
-    Tags: `weighted_terms/<term>`, each term that is minimised times its weight, which the loss is
-    the sum of; `work/learning_rate`; `work/steps_per_second` and `work/queries_per_second` (of all
-    devices), means since the last point. A GPU's host does not wait for them: they are read where
-    the logger waits anyway.
+    Tags: `weighted_terms/<term>`, each term that is minimised times its weight: the loss is their
+    sum, and a viewpoint head's loss; `work/learning_rate`; `work/steps_per_second` and
+    `work/queries_per_second` (of all devices), means since the last point. A GPU's host does not
+    wait for them: they are read where the logger waits anyway.
 
     Args:
         every: steps from one point of a curve to the next, as the logger's.

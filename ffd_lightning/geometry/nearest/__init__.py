@@ -59,6 +59,9 @@ def nearest_neighbors(
         b: (*batch_b, M, 3), same dtype and device; N and M may differ.
         backend: which of the backends to use, chosen by device and dtype when None.
 
+    Raises:
+        ValueError: a cloud is empty or not of 3D points, or the two differ in dtype or device.
+
     >>> result = nearest_neighbors(torch.zeros(1, 3), torch.tensor([[3.0, 0, 0], [1, 0, 0]]))
     >>> result.a_to_b, result.a_to_b_index, result.b_to_a
     (tensor([1.]), tensor([1]), tensor([9., 1.]))
