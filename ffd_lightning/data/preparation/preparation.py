@@ -186,8 +186,9 @@ class Preparation:
                     raise DataError(f"{self.target} cannot be mended: {_some(failures)}")
         except OSError as error:
             raise DataError(
-                f"cannot prepare {self.target}: {error}. Free some space there or choose another "
-                "folder (paths.data=DIR); the same command resumes with the shapes that are left"
+                f"cannot prepare {self.target}: {error}. Mend that or choose another folder "
+                "(paths.data=DIR; data_root=DIR of a command that has this setting); the same "
+                "command resumes with the shapes that are left"
             ) from error
         prepared = PreparedSet.open(self.target)
         if missing is None and self.progress:
