@@ -18,7 +18,11 @@ def write_page(notebook: Path, page: Path, sweep: Path, data: Path) -> None:
     command = ["nbconvert", "--execute", "--no-input", "--to", "markdown", str(notebook)]
     command += [f"--output-dir={page.parent}", f"--output={page.stem}"]
     subprocess.run([sys.executable, "-m", *command], env=environment, check=True)
-    page.write_text(tidy(page.read_text(encoding="utf-8")), encoding="utf-8")
+    text = tidy(page.read_text(encoding="utf-8"))
+    page.write_text(text, encoding="utf-8")
+    for file in pictures.glob("*"):
+        if file.name not in text:  # Pillow's images come as JPEG, too
+            file.unlink()
 
 
 def tidy(text: str) -> str:
