@@ -152,11 +152,17 @@ def _runs(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def colors_of(names: Sequence[str]) -> dict[str, str]:
-    """Return a colour for each name: a regime's own, the others' in order."""
-    own = {name: REGIME_COLORS[name] for name in names if name in REGIME_COLORS}
-    free = iter(color for color in COLORS if color not in own.values())
+    """Return a colour for each name: a regime's own, the others' in order.
+
+    >>> colors_of(["mine", "e"]) == {"mine": "#E69F00", "e": REGIME_COLORS["e"]}
+    True
+    """
     if len(names) > len(COLORS):
         return _scale(names)
+    own = {name: REGIME_COLORS[name] for name in names if name in REGIME_COLORS}
+    # Beside regimes those colours first that no regime has.
+    order = (*COLORS[len(REGIME_COLORS) :], *COLORS) if own else COLORS
+    free = iter(dict.fromkeys(color for color in order if color not in own.values()))
     return {name: own.get(name) or next(free) for name in names}
 
 

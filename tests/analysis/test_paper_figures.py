@@ -16,7 +16,7 @@ from ffd_lightning.analysis.figures.sheets import FIGURES, paper_figure
 from ffd_lightning.app.commands import figures
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.training_run import train
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.figures import View
 from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.imaging.camera import Camera
@@ -183,3 +183,9 @@ def test_the_command_writes_a_picture(run, example, tmp_path, capsys, monkeypatc
     picture = np.asarray(Image.open(file))
     assert picture.shape[1] >= 2 * 68
     assert (picture < 200).any()
+
+
+@pytest.mark.parametrize("given", ["top=2", "seed=1", "models=[a] pick=best"])
+def test_the_command_refuses_what_does_nothing(run, given):
+    with pytest.raises(ConfigError, match="means nothing here"):
+        call(figures, "figure=overview", str(run.path), *given.split())
