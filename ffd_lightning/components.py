@@ -307,8 +307,10 @@ def typed(hint: Any, value: Any, where: str) -> Any:
         if value is None:
             return None
     elif isinstance(kind, type) and issubclass(kind, Enum):
-        if isinstance(value, kind) or (isinstance(value, str) and value in kind.__members__):
-            return value if isinstance(value, kind) else kind[value]
+        if isinstance(value, kind):
+            return value
+        if isinstance(value, str) and value in kind.__members__:
+            return kind[value]
     elif kind is Literal:
         if any(value == each and type(value) is type(each) for each in args):
             return value
