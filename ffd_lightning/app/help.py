@@ -68,13 +68,13 @@ def _group(place: str, hint: Any, folders: Sequence[Path]) -> Iterator[Section]:
         provider, found = components.provider(kind, name), components.settings(kind, name)
         text = components.summary(components.find(kind, name))
         text += "" if provider == OWN else f" ({provider})"
-        yield Section(f"{title}={name}", text, {}, dict(_flat(prefix, found)))
+        yield Section(f"{title}={name}", text, {}, dict(each_setting(prefix, found)))
     for name, setting in settings.items():
         if _is_group(setting):
             yield from _group(f"{place}.{name}", setting.hint, folders)
 
 
-def _flat(prefix: str, settings: Mapping[str, Setting]) -> Iterator[tuple[str, Setting]]:
+def each_setting(prefix: str, settings: Mapping[str, Setting]) -> Iterator[tuple[str, Setting]]:
     """Yield settings by their whole names, those of a dataclass one by one."""
     for name, setting in settings.items():
         if dataclasses.is_dataclass(setting.hint) and setting.default is not None:
@@ -82,7 +82,7 @@ def _flat(prefix: str, settings: Mapping[str, Setting]) -> Iterator[tuple[str, S
             if setting.default != components.MISSING:
                 values = vars(setting.default)
                 inner = {k: dataclasses.replace(s, default=values[k]) for k, s in inner.items()}
-            yield from _flat(f"{prefix}.{name}", inner)
+            yield from each_setting(f"{prefix}.{name}", inner)
         else:
             yield f"{prefix}.{name}", setting
 

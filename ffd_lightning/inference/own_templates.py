@@ -23,6 +23,7 @@ from ffd_lightning.data.categories import SYNSETS, name_of
 from ffd_lightning.data.preparation.overview import sheet_of
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet, digest_of
+from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.data.reading.mesh_file import EXTENSIONS, FOREIGN, mesh_of, unread
 from ffd_lightning.data.reading.orientation import Up, check_orientation, orient
 from ffd_lightning.data.source import Source
@@ -276,8 +277,10 @@ def _categories(folder: Path, of_model: Sequence[str]) -> list[Path]:
     flat = any(path.suffix.lower() in EXTENSIONS for path in inside)
     for names in () if flat else (of_model, SYNSETS):
         if found := [path for path in inside if path.is_dir() and name_of(path.name) in names]:
-            if others := [p.name for p in inside if p.is_dir() and p not in found]:
-                _warn(f"{folder}: no categories of the network, left out: {', '.join(others)}")
+            folders = [p for p in inside if p.is_dir() and not is_hidden(p.name)]
+            if others := [p.name for p in folders if p not in found]:
+                taken = ", ".join(p.name for p in found)
+                _warn(f"templates of {folder} are those of {taken}; left out: {', '.join(others)}")
             return found
     return [folder]
 

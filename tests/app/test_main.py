@@ -11,7 +11,10 @@ from ffd_lightning import __version__, components
 from ffd_lightning.app import main as entry
 from ffd_lightning.app.config import GROUPS
 from ffd_lightning.app.configuration import all_settings
+from ffd_lightning.app.help import each_setting
 from ffd_lightning.app.main import COMMANDS, main
+from ffd_lightning.components import Setting
+from ffd_lightning.imaging.render_settings import RenderSettings
 
 
 def printed(capsys, *arguments):
@@ -62,6 +65,15 @@ def test_help_of_train_is_one_screen_and_help_all_lists_every_setting(capsys):
                 assert known or setting == "render", f"{place}.{setting}"
     assert "regime.terms.LABEL.directions=8" in words
     assert "network.hidden=512" in words, "of the class that has it"
+
+
+def test_help_lists_the_settings_of_a_dataclass_one_by_one():
+    given = {"seen": Setting(RenderSettings, RenderSettings(height=48)), "depth": Setting(int, 2)}
+    found = dict(each_setting("encoder", given))
+    assert found["encoder.seen.height"].default == 48
+    assert found["encoder.seen.height"].help
+    assert "encoder.depth" in found
+    assert "encoder.seen" not in found
 
 
 def test_help_does_not_load_torch():

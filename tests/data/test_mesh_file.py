@@ -291,7 +291,8 @@ def test_negative_indices_count_from_their_line(folder):
 
 def test_what_a_concave_face_is_cut_into_looks_as_it_does(folder):
     folder.write("m.obj", CONCAVE + "f 1 2 3 4 5\n")
-    a, b, c = folder.load().vertices[folder.load().faces].swapaxes(0, 1)
+    mesh = folder.load()
+    a, b, c = mesh.vertices[mesh.faces].swapaxes(0, 1)
     assert (np.cross(b - a, c - a)[:, 2] > 0).all()
 
 

@@ -230,13 +230,14 @@ def _mended(data: bytes, kind: str, name: str) -> bytes:
         raise RejectedShapeError(f"{name} has {found[0].decode()}, which is not supported")
     if kind in ("obj", "off") or (kind == "stl" and b"endfacet" in data):
         data = _as_utf8(data)
-    if kind == "ply" and not data[: (end := data.find(b"end_header"))].isascii():
-        data = _as_utf8(data[:end]) + data[end:]
+    if kind == "ply":
+        header, end, rows = data.partition(b"end_header")
+        if re.search(rb"^format ascii", header, re.MULTILINE):
+            counts = re.findall(rb"^element\s+\S+\s+(\d+)", header, re.MULTILINE)
+            _check_count(name, sum(map(int, counts)), len(rows.splitlines()) - 1)
+        data = _as_utf8(header) + end + rows
     if kind == "off":
         _check_off(data, name)
-    if kind == "ply" and re.search(rb"^format ascii", data[:end], re.MULTILINE):
-        counts = re.findall(rb"^element\s+\S+\s+(\d+)", data[:end], re.MULTILINE)
-        _check_count(name, sum(map(int, counts)), len(data[end:].split(b"\n", 1)[-1].splitlines()))
     if kind != "obj":
         return data
     data = re.sub(rb"\r\n?", b"\n", data).replace(b"\\\n", b" ").replace(b"\t", b" ")
