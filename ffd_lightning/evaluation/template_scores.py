@@ -6,14 +6,11 @@ every shape's bounding box has diagonal 1. Results are measured by `evaluation.e
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
 from torchmetrics import Metric
 from torchmetrics.utilities import dim_zero_cat
 
@@ -26,9 +23,8 @@ BOX_CHAMFER_FACTOR = 1000.0
 """What the box Chamfer distance is multiplied by where people read it."""
 
 
-@dataclass(frozen=True)
-class TemplateScores:
-    """What was selected for each query, and how near it came.
+class TemplateScores(NamedTuple):
+    """What was selected for each query, and how near it came, in the order of the rows.
 
     Attributes:
         rows: row of each query in the prepared set, (q,).
@@ -41,16 +37,6 @@ class TemplateScores:
     weights: NDArray[np.float32]
     deformed: NDArray[np.float32]
     undeformed: NDArray[np.float32]
-
-    @classmethod
-    def of(cls, computed: Mapping[str, Tensor]) -> TemplateScores:
-        """Return what a `TemplateScoring` has computed, in the order of the rows."""
-        rows = computed["rows"].cpu().numpy().reshape(-1)
-        order = np.argsort(rows, kind="stable")
-        # torchmetrics squeezes what has one element.
-        weights = computed["weights"].cpu().numpy().reshape(len(rows), -1)
-        distances = (computed[k].cpu().numpy().reshape(-1) for k in ("deformed", "undeformed"))
-        return cls(rows[order], weights[order], *(distance[order] for distance in distances))
 
     @property
     def counts(self) -> NDArray[np.int64]:
@@ -73,8 +59,8 @@ class TemplateScoring(Metric):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        for f in fields(TemplateScores):
-            self.add_state(f.name, [], dist_reduce_fx="cat")
+        for name in TemplateScores._fields:
+            self.add_state(name, [], dist_reduce_fx="cat")
 
     @torch.no_grad()
     def update(self, prediction: FfdPrediction, batch: Batch) -> None:
@@ -93,6 +79,8 @@ class TemplateScoring(Metric):
         for name, values in found.items():
             getattr(self, name).append(values)
 
-    def compute(self) -> dict[str, Tensor]:
-        """Return what `TemplateScores.of` makes scores of."""
-        return {f.name: dim_zero_cat(getattr(self, f.name)) for f in fields(TemplateScores)}
+    def compute(self) -> TemplateScores:
+        """Return the scores of all queries."""
+        found = [dim_zero_cat(getattr(self, f)).cpu().numpy() for f in TemplateScores._fields]
+        order = np.argsort(found[0], kind="stable")
+        return TemplateScores(*(values[order] for values in found))

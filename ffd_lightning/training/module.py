@@ -198,7 +198,7 @@ class FfdModule(LightningModule):
         self._log_scores("test")
 
     def _log_scores(self, subset: str) -> None:
-        self.scores = TemplateScores.of(self.scoring.compute())
+        self.scores = self.scoring.compute()
         self.scoring.reset()
         summary = self.scores.summary()
         self.log_dict({f"{subset}/{n}": summary[n] for n in _LOGGED}, sync_dist=True)

@@ -3,7 +3,7 @@ import pytest
 import torch
 
 from ffd_lightning.data.batches import Batch
-from ffd_lightning.evaluation.template_scores import TemplateScores, TemplateScoring
+from ffd_lightning.evaluation.template_scores import TemplateScoring
 from ffd_lightning.geometry.ffd import TemplateSample
 from ffd_lightning.nn.network import FfdPrediction
 
@@ -28,7 +28,7 @@ def score(*cases):
     scoring = TemplateScoring()
     for prediction, batch in cases:
         scoring.update(prediction, batch)
-    return TemplateScores.of(scoring.compute())
+    return scoring.compute()
 
 
 def naive(a, b):

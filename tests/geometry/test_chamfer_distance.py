@@ -4,6 +4,7 @@ import torch
 from scipy.spatial.distance import cdist
 
 from ffd_lightning.geometry.chamfer import chamfer_distance
+from ffd_lightning.metrics.chamfer import chamfer
 
 
 def naive(pred, target, reduce):
@@ -23,6 +24,9 @@ def test_equals_all_distances(reduction, reduce):
     found = chamfer_distance(torch.from_numpy(pred), torch.from_numpy(target), reduction)
     expected = [naive(*pair, reduce) for pair in zip(pred, target, strict=True)]
     np.testing.assert_allclose(found, expected, rtol=1e-13)
+    if reduction == "mean":
+        metric = [chamfer(*pair) for pair in zip(pred, target, strict=True)]
+        np.testing.assert_allclose(metric, expected, rtol=1e-13)
 
 
 def test_of_itself_it_is_zero_and_shapes_broadcast():

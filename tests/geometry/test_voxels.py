@@ -104,15 +104,6 @@ def test_matches_exact_clipping(kind, half):
     assert 0 < marked < 8 * SIZE**3
 
 
-@pytest.mark.parametrize("gap", [0, 2.0**-30])
-def test_contact_decides(gap):
-    """A face and a corner of voxel (1, 1, 1) are touched from outside, or just not."""
-    end = 2 + gap
-    assert of_one([[end, 0.5, 0.5], [end, 1.75, 0.5], [end, 1, 1.5]])[1, 1, 1] == (gap == 0)
-    # A slanted plane against the corner (2, 2, 2): none of x, y, z decides.
-    assert of_one([[6 + gap, 0, 0], [0, 6 + gap, 0], [0, 0, 6 + gap]])[1, 1, 1] == (gap == 0)
-
-
 @pytest.mark.parametrize("scale", [1.1, 1.1e6])
 def test_slanted_contacts_survive_rounding(scale):
     """The plane x = y runs through voxels' edges, at coordinates that no float holds exactly."""

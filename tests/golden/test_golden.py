@@ -26,18 +26,3 @@ def test_results_are_as_recorded(kind, folder):
     if changed:
         lines = "\n  ".join(changed[:SHOWN])
         pytest.fail(f"{kind}: {len(changed)} changed:\n  {lines}{ADVICE}{digests.COMMAND}")
-
-
-def test_differences():
-    stored = {"a": {"faces": "1f", "sums": [1.0, 2.0]}, "b": 3}
-    near = {"a": {"faces": "1f", "sums": [1.0 + 1e-8, 2.0]}, "b": 3}
-    assert not list(digests.differences(stored, near))
-    far = {"a": {"faces": "2f", "sums": [1.0, 2.00001]}, "c": 3}
-    assert list(digests.differences(stored, far)) == [
-        "a/faces: 1f -> 2f",
-        "a/sums/1: 2.0 -> 2.00001",
-        "b: gone",
-        "c: new",
-    ]
-    for found in ([float("nan")], [1.0, 2.0]):
-        assert list(digests.differences({"sums": [1.0]}, {"sums": found}))
