@@ -227,9 +227,9 @@ def template_count_curves(
             panel.set_xscale("log", base=2)
             panel.set_xticks(counts, [str(count) for count in counts])
             panel.minorticks_off()
-            panel.set_ylim(bottom=0)
             if len(categories) > 1:
                 panel.set_title(category)
+        panels[0].set_ylim(bottom=0)  # of all, as they share it: when all is drawn, or it cuts
         titled = {regime_title(name): color for name, color in colors.items()}
         _label(figure, panels, "number of templates T", metric.scaled_title, titled)
     return figure

@@ -108,6 +108,11 @@ def test_points_are_means_over_seeds_and_bars_their_deviations():
     one = template_count_curves(table[table["seed"] == 0], PAPER)
     assert all(not container.has_yerr for container in one.axes[0].containers)
     assert "one seed" in one.get_suptitle()
+    far = table.assign(run="far", category="table", chamfer=10 * table["chamfer"])
+    several = template_count_curves(pd.concat([table, far]), PAPER)
+    low, high = several.axes[0].get_ylim()
+    assert low == 0
+    assert high > 1000 * far.groupby("templates")["chamfer"].mean().max(), "nothing is cut off"
 
 
 def test_figures_are_files_the_same_each_time_that_need_nothing(tmp_path):
