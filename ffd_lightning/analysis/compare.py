@@ -51,8 +51,9 @@ def compare(
         it. Columns: `category`; what is held; `a`, `b`, `measure`; `mean_a`, `mean_b`, of both on
         the shapes they share; `difference`, the mean of a - b in the measure's own unit, and its
         95% interval `low`, `high`; `above`, how far the nearer of both means is from the metric's
-        floor, from 0 where there is none; `num_samples`, shapes; `seeds_a`, `seeds_b`;
-        `trainings`, whether the interval is about other trainings, too; and what `decide` adds.
+        floor (NaN where no references were scored), from 0 where it is no metric's; `num_samples`,
+        shapes; `seeds_a`, `seeds_b`; `trainings`, whether the interval is about other trainings,
+        too; and what `decide` adds.
 
     Raises:
         DataError: there is nothing that can be compared; the message says why.
@@ -78,7 +79,7 @@ def compare(
     for (category, *common), part in samples.groupby(["category", *held], sort=False):
         if alone:
             _check_settings(settings.loc[part["run"].unique()], names)
-        floor = float(np.nan_to_num(floors[part.index].mean()))
+        floor = float(floors[part.index].mean())
         for a, b, pair in _pairs(part, measure, names, str(category)):
             found.append(((category, *common, a, b), [(pair, floor)]))
             strata.setdefault((*common, a, b), []).append((pair, floor))
@@ -118,12 +119,13 @@ def decide(table: pd.DataFrame) -> pd.DataFrame:
 def _floors(results: Results, measure: str) -> pd.Series:
     """Return what the metric of a measure gives the truths themselves, NaN where nobody knows.
 
-    The metric of `undeformed_chamfer` is chamfer.
+    The metric of `undeformed_chamfer` is chamfer. What is no metric, as folding, counts from 0.
     """
     names = [metric.name for metric in results.protocol.metrics]
-    metric = max((n for n in names if f"_{measure}".endswith(f"_{n}")), key=len, default=measure)
+    metric = max((n for n in names if f"_{measure}".endswith(f"_{n}")), key=len, default=None)
     samples = results.samples
-    return samples.get(f"floor_{metric}", pd.Series(np.nan, samples.index, dtype=float))
+    unknown = pd.Series(np.nan if metric else 0.0, samples.index)
+    return samples.get(f"floor_{metric}", unknown)
 
 
 def _pairs(
@@ -155,6 +157,7 @@ def _numbers(compared: Sequence[_Compared], paired: bool) -> dict[str, Any]:
     pairs = [pair for pair, _ in compared]
     means = np.mean([(a.mean(axis=None), b.mean(axis=None)) for a, b in pairs], 0)
     above = float(np.abs(means - np.mean([floor for _, floor in compared])).min())
+    margin = MARGIN * np.nan_to_num(above)  # nothing is about equal where the floor is unknown
     if paired:  # of each training the difference, beside nothing
         pairs = [(a - b.to_numpy(), 0 * b) for a, b in pairs]
     found, trainings = difference(pairs)
@@ -167,7 +170,7 @@ def _numbers(compared: Sequence[_Compared], paired: bool) -> dict[str, Any]:
         "high": high,
         "above": above,
         "p": found.p_differs() if trainings else np.nan,
-        "p_equal": found.p_equal(MARGIN * above) if trainings else np.nan,
+        "p_equal": found.p_equal(margin) if trainings else np.nan,
         "num_samples": sum(len(a) for a, _ in pairs),
         "seeds_a": min(a.shape[1] for a, _ in pairs),
         "seeds_b": min(b.shape[1] for _, b in pairs),

@@ -71,6 +71,9 @@ def test_equal_is_measured_above_the_floor():
     x = np.sin(np.arange(30.0)) + 2
     runs = [*of_seeds(x, "b"), *of_seeds(x + 0.1, "w")]
     (row,) = compared(*runs).to_dict("records")
+    assert np.isnan(row["above"])
+    assert not row["equal"], "nobody knows"
+    (row,) = compared(*(run.assign(floor_chamfer=0.0) for run in runs)).to_dict("records")
     assert row["above"] == pytest.approx(row["mean_b"])
     assert row["equal"]
     runs = [run.assign(floor_chamfer=1.5, undeformed_chamfer=run["chamfer"]) for run in runs]

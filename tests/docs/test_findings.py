@@ -47,6 +47,7 @@ def study(scores, shapes=40, categories=("sofa", "table"), seeds=(0, 1, 2), nois
                         template=[f"t{i % used}" for i in range(shapes)],
                         chamfer=base * chamfer + rng.normal(0, noise, shapes),
                         undeformed_chamfer=base * undeformed + rng.normal(0, noise, shapes),
+                        floor_chamfer=0.0,
                     )
                 )
     protocol = ProtocolDescription("paper", "", PaperProtocol().metrics[:1])
