@@ -17,14 +17,11 @@ from ffd_lightning.app.commands import figures
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.figures import View
 from ffd_lightning.evaluation.protocols import Metric
-from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.palette import part_colors
 from ffd_lightning.run_folder import RunFolder
 
 COLORS = [(170, 170, 170), (230, 120, 0), (0, 114, 178)]
-FRONT = View(Camera(0, 0), height=96, width=128)
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from ffd_lightning.app.build import build_module, build_network, build_objective
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import GROUPS, TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
+from ffd_lightning.app.messages import SHOWN, explain
 
 
 def composed(*overrides):
@@ -124,6 +125,15 @@ MISTAKES = [
     # spelling of the command line
     (["split.file={category}.json"], ["""'split.file="{category}.json"'"""]),
 ]
+
+
+@pytest.mark.parametrize(("overrides", "words"), MISTAKES, ids=lambda x: x[0])
+def test_a_mistake_is_explained_in_one_line(overrides, words):
+    with pytest.raises(SHOWN) as caught:
+        validate(typed(*overrides))
+    message = explain(caught.value)
+    assert "\n" not in message
+    assert [word for word in words if word not in message] == [], message
 
 
 def test_the_command_shows_one_message(tmp_path, monkeypatch):

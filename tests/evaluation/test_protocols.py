@@ -46,8 +46,6 @@ def test_every_protocol_is_described_and_scores_the_hopeless_badly(prepared, ban
     assert ProtocolDescription.from_json(content) == description
     with pytest.raises(ConfigError, match=f"{protocol.name} has no metric 'd': choose one of "):
         description.metric("d")
-    content["measures"] = content.pop("metrics")
-    assert ProtocolDescription.from_json(content) == description, "of an earlier version"
     reference = protocol.truth(PreparedShape(prepared, 3), np.random.default_rng(0))
     other = protocol.score(TemplateShape(bank, 0), reference, np.random.default_rng(1))
     for make, offsets in HOPELESS.items():

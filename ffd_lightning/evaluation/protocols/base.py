@@ -132,7 +132,7 @@ class ProtocolDescription:
         Raises:
             KeyError, TypeError, ValueError: it is of something else, or damaged.
         """
-        metrics = content["metrics" if "metrics" in content else "measures"]  # as it was called
+        metrics = content["metrics"]
         if not metrics:
             raise ValueError("no metrics")
         return cls(str(content["name"]), str(content["note"]), tuple(Metric(**m) for m in metrics))
