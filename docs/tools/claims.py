@@ -62,12 +62,30 @@ def with_regimes_of(one: Results, other: Results) -> Results:
     return replace(both, settings=both.settings.drop(columns=changed))
 
 
-def by_count(results: Results) -> Results:
+def with_floors(results: Results, other: Results) -> Results:
+    """Return results with another's floors of the same shapes, where they have none themselves."""
+    if results.protocol != other.protocol:
+        return results
+    samples, shape = results.samples.copy(), ["category", "id"]
+    known = other.samples.groupby(shape).first().filter(like="floor_")
+    shapes = pd.MultiIndex.from_arrays([samples["category"], plain_ids(samples)])
+    for column, floors in known.items():
+        found = floors.reindex(shapes).set_axis(samples.index)
+        samples[column] = samples[column].fillna(found) if column in samples else found
+    return replace(results, samples=samples)
+
+
+def plain_ids(samples: pd.DataFrame) -> pd.Series:
+    """Return the ids of a category's own runs, where those of `joint` say the category."""
+    return samples["id"].str.rpartition("/")[2]
+
+
+def by_count(results: Results, regimes: Sequence[str] = ("b", "e")) -> Results:
     """Return the runs of the study `template_counts` with their number as `label`: "T = 8".
 
-    Those that rank the templates, under r, are left out: they have thirty templates too.
+    Those of other regimes are left out: under r, thirty templates are ranked.
     """
-    part = results.where(regime=["b", "e"])
+    part = results.where(regime=regimes)
     labels = "T = " + part.samples["templates"].astype(str)
     return replace(part, samples=part.samples.assign(label=labels))
 

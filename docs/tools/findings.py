@@ -41,7 +41,9 @@ from claims import (
     overall,
     per_run,
     per_seed,
+    plain_ids,
     read,
+    with_floors,
     with_regimes_of,
 )
 from forest import Row, forest
@@ -99,7 +101,8 @@ def study(name: str) -> Results:
     """Read a kept study once; `one+other` is one with the other's runs of the regimes it has."""
     one, _, other = name.partition("+")
     found = read(DATA, one)
-    return with_regimes_of(found, read(DATA, other)) if other else found
+    found = with_regimes_of(found, read(DATA, other)) if other else found
+    return with_floors(found, read(DATA, "paper_table"))
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -192,19 +195,25 @@ def seeds_of(name: str, column: str, regime: str, **where: Any) -> str:
 
 
 def by_category(
-    name: str, only: Sequence[str], measure: str, references: Mapping[str, str] = _REFERENCES
+    name: str,
+    only: Sequence[Any],
+    measure: str,
+    references: Mapping[str, str] = _REFERENCES,
+    by: str = "regime",
+    **where: Any,
 ) -> str:
     """Return a table of a measure, mean over seeds: a row per category, a column per regime.
 
-    Beside them are references; means over all regimes where they depend on the run.
+    Or one per value of another column of the runs. Beside them are references; means over all of
+    these runs where they depend on the run.
     """
-    runs = per_run(study(name).where(regime=only))
-    of_regimes = runs.pivot_table(measure, "category", "regime", sort=False)[list(only)]
+    runs = per_run(study(name).where(**{by: only}, **where))
+    of_regimes = runs.pivot_table(measure, "category", by, sort=False)[list(only)]
     shapes = [f"{shape}_{measure}" for shape in references]
     table = of_regimes.join(runs.groupby("category", sort=False)[shapes].mean())
     table.loc["mean"] = table.mean()
     rows = [[str(c), *(_number(x, measure) for x in row)] for c, row in table.iterrows()]
-    heads = [*map(regime_title, only), *references.values()]
+    heads = [*(regime_title(str(x)) for x in only), *references.values()]
     return _table([_COLUMNS[measure][0], *heads], rows)
 
 
@@ -268,10 +277,13 @@ def changes_in(studies: Mapping[str, str], pair: Sequence[str], measures: Sequen
     return _table(_headings(measures, " - ".join(pair)), rows)
 
 
-def counts(name: str, pairs: Iterable[Sequence[int]], measures: Sequence[str]) -> str:
+def counts(
+    name: str, pairs: Iterable[Sequence[int]], measures: Sequence[str], regimes: Sequence[str]
+) -> str:
     """Return a table of differences between numbers of templates, mean over categories."""
     named = [tuple(f"T = {count}" for count in pair) for pair in pairs]
-    return _changes(overall(differences(by_count(study(name)), named, measures, "label")), measures)
+    part = by_count(study(name), regimes)
+    return _changes(overall(differences(part, named, measures, "label")), measures)
 
 
 def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[str]) -> str:
@@ -299,9 +311,7 @@ def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[s
 
 
 def _plain_ids(kept: Results) -> Results:
-    """Return it with the ids of a category's own runs, where those of `joint` say the category."""
-    ids = kept.samples["id"].str.rpartition("/")[2]
-    return replace(kept, samples=kept.samples.assign(id=ids))
+    return replace(kept, samples=kept.samples.assign(id=plain_ids(kept.samples)))
 
 
 def _together(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
