@@ -132,7 +132,7 @@ _DESCRIBED = ("encoder", "protocol")  # to attributes of others, a schedule's sa
 
 _registered: dict[tuple[str, str], tuple[Any, str]] = {}  # -> target, provider
 _loaded: set[str] = set()
-_provider = OWN
+_provider = ""  # the package whose plugin is being imported
 _broken: dict[str, str] = {}  # plugins that could not be imported, and why
 
 
@@ -521,6 +521,7 @@ def component(kind: str, name: str) -> Callable[[_Target], _Target]:
         raise ConfigError(f"{kind} {name!r}: a name has letters, digits and underscores only")
     caller = sys._getframe(1).f_globals.get("__name__", "")
     ours = caller.split(".")[0] == OWN  # also where a plugin is the first to import it
+    owner = OWN if ours else _provider or _distribution_of(caller)
 
     def add(target: _Target) -> _Target:
         place = f"{target.__module__}:{target.__qualname__}"
@@ -534,7 +535,7 @@ def component(kind: str, name: str) -> Callable[[_Target], _Target]:
             )
         if kind in _DESCRIBED and inspect.isclass(target) and target.__module__ == caller:
             _remember(target, kind, name)
-        _registered[kind, name] = target, OWN if ours else _provider
+        _registered[kind, name] = target, owner
         return target
 
     return add
@@ -655,6 +656,7 @@ def _with_place(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}{place}"
 
 
+@functools.cache
 def _distribution_of(module: str) -> str:
     """Return name and version of the package that a module belongs to, else the module's name."""
     found = importlib.metadata.packages_distributions().get(module.split(".")[0])

@@ -167,6 +167,12 @@ assert components.provider("protocol", "paper") == "ffd_lightning"
     subprocess.run([sys.executable, "-c", code], check=True, cwd=tmp_path, env=ENVIRONMENT)
 
 
+def test_what_a_script_registers_is_its_own(monkeypatch):
+    monkeypatch.setattr(components, "_provider", "")
+    patches()
+    assert components.provider("encoder", "patches") == f"module {__name__}"
+
+
 def test_an_error_in_a_module_of_ones_own_names_file_and_line(tmp_path, monkeypatch):
     (tmp_path / "broken_module.py").write_text("import math\n\nmath.nothing\n")
     monkeypatch.syspath_prepend(tmp_path)

@@ -185,7 +185,7 @@ def _read_kept(file: Path) -> Results:
         with zipfile.ZipFile(file) as archive:
             text = {name: archive.read(name).decode("utf-8") for name in archive.namelist()}
         about = json.loads(text["about.json"])
-        words = ("id", "family", "template", "template_family", "variant")
+        words = ("category", "id", "family", "template", "template_family", "variant")
         samples = pd.read_csv(io.StringIO(text["samples.csv"]), dtype=dict.fromkeys(words, str))
         samples = samples.fillna({"family": "", "template_family": "", "variant": ""})
         settings = pd.read_csv(io.StringIO(text["settings.csv"])).set_index("run")
@@ -268,7 +268,8 @@ def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:
     file = run.evaluation(protocol.name) / "samples.csv"
     measures = [measure.name for measure in protocol.metrics]
     try:
-        samples = pd.read_csv(file, dtype={"id": str, "family": str, "template": str})
+        words = ("category", "id", "family", "template")  # a synset is no number
+        samples = pd.read_csv(file, dtype=dict.fromkeys(words, str))
         known = samples[["id", "category", "view", "template", *measures]]
         if known.empty or not np.isfinite(known[measures].to_numpy(float)).all():
             raise ValueError("no rows, or scores that are not finite")

@@ -154,6 +154,10 @@ def build_objective(regime: RegimeConfig, annealing_steps: float) -> Objective:
 def regime(name: str, *overrides: str, annealing_steps: float = 10_000) -> Objective:
     """Return the objective of a regime of `conf/regime`, for scripts of your own.
 
+    What a regime says of the network, its `min_weight` and whether offsets are mirrored, is to be
+    given to `TemplateFfdNetwork`: `min_weight=0.001` for w; `min_weight=0` and `mirror_degrees` for
+    `posterior`.
+
     Args:
         name: b, w, e, r, ...
         overrides: as on the command line, without the group: `terms.offset_penalty.weight=2`,
@@ -166,6 +170,9 @@ def regime(name: str, *overrides: str, annealing_steps: float = 10_000) -> Objec
     from ffd_lightning.app.configuration import compose_config, typed_config
     from ffd_lightning.app.messages import SHOWN, explain
 
+    for override in overrides:
+        if override.startswith(("min_weight=", "mirror_offsets=")):
+            raise ConfigError(f"{override}: this is the network's; give it to TemplateFfdNetwork")
     own = [f"regime={name}", *(_in_regime(override) for override in overrides)]
     try:
         cfg = typed_config(compose_config("train", TrainConfig, own), TrainConfig)

@@ -102,7 +102,7 @@ def fill_voxels(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """
     from scipy.ndimage import label
 
-    labels, _ = label(np.pad(~surface, 1, constant_values=True))
+    labels, _ = label(np.pad(~np.asarray(surface, bool), 1, constant_values=True))
     return labels[1:-1, 1:-1, 1:-1] != labels[0, 0, 0]
 
 

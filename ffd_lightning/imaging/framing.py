@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from ffd_lightning.components import typed
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.background import border_ring, main_parts, split_by_border
 from ffd_lightning.imaging.objects import main_object
@@ -93,6 +94,7 @@ def frame_photo(
         DataError: the picture or the mask cannot be used, or no object is found.
         ConfigError: rembg or OpenCV is needed but is not installed, or has no weights.
     """
+    typed(Background, background, "background")
     photo = as_photo(picture)
     if mask is not None:
         cut = _cut_by_mask(photo, as_photo(mask, "the mask"))

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from ffd_lightning.components import Range
+from ffd_lightning.components import Range, typed
 from ffd_lightning.imaging.camera import BLENDER_LENS, RADIUS, Camera, vertical_field_of_view
 
 _ELEVATIONS, _LENSES = (-5, 60), (25, 60)  # of random cameras, in degrees
@@ -47,7 +47,8 @@ class RenderSettings:
     samples: Annotated[int, Range("(0, inf)")] = 3
 
     def __post_init__(self) -> None:
-        """Refuse no images at all."""
+        """Refuse no images at all, and an unknown camera."""
+        typed(Literal["framed", "authors"], self.camera, "camera")
         if not self.azimuths and not self.random_views:
             raise ValueError("azimuths=[] needs an angle at least, or random_views a view")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from ffd_lightning.data.categories import ANY, members
 from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.sampling import sample_surface
 from ffd_lightning.imaging.camera import Camera
@@ -93,7 +95,7 @@ class Reconstruction:
                 f"{self.viewpoint.confidence:.2f}): the preview's side, "
                 "and colours taken from the photograph, may be wrong",
             )
-        own = weights.pop(self.category)
+        own = weights.pop(self.category, 0.0)
         if self.category == ANY or own + weights.pop(ANY, 0.0) >= 0.5:
             return found
         name, other = next(iter(weights.items()))
@@ -104,7 +106,14 @@ class Reconstruction:
         return (*found, doubt)
 
     def of_category(self, category: str) -> Reconstruction:
-        """Return the same with the best template of another category, one of `categories`."""
+        """Return the same with the best template of another category, one of `categories`.
+
+        Raises:
+            ConfigError: no template is of it.
+        """
+        if category not in {*self.categories, ANY}:
+            known = ", ".join(dict.fromkeys(self.categories))
+            raise ConfigError(f"no template is of category {category!r}: they are of {known}")
         found = replace(self, category=category)
         return replace(found, index=int(found.ranking[0]))
 
@@ -184,5 +193,7 @@ class Reconstruction:
 
 
 def _trimesh(mesh: Mesh) -> trimesh.Trimesh:
-    # Not processed: vertices and faces stay in the order of labels and decomposition.
-    return trimesh.Trimesh(mesh.vertices, mesh.faces, face_colors=mesh.face_colors, process=False)
+    # Copied, as callers may edit theirs, and the bank keeps its own. Not processed: vertices and
+    # faces stay in the order of labels and decomposition.
+    arrays = copy.deepcopy((mesh.vertices, mesh.faces, mesh.face_colors))
+    return trimesh.Trimesh(*arrays[:2], face_colors=arrays[2], process=False)

@@ -15,7 +15,7 @@ def voxel_iou(pred: NDArray[np.bool_], target: NDArray[np.bool_]) -> float:
     not gives 0.
 
     Raises:
-        ValueError: both grids are empty, which have no such share.
+        ValueError: both grids are empty, which have no such share, or not of the same shape.
 
     Source: the paper's equation 3.
 
@@ -24,6 +24,9 @@ def voxel_iou(pred: NDArray[np.bool_], target: NDArray[np.bool_]) -> float:
     >>> voxel_iou(cube, np.roll(cube, 1, axis=0))
     0.3333333333333333
     """
+    if np.shape(pred) != np.shape(target):
+        raise ValueError(f"grids of {np.shape(pred)} and {np.shape(target)} voxels")
+    pred, target = np.asarray(pred, bool), np.asarray(target, bool)
     both, either = np.count_nonzero(pred & target), np.count_nonzero(pred | target)
     if either == 0:
         raise ValueError("both grids are empty")

@@ -68,6 +68,8 @@ def surface_scores(
     """
     if not len(pred.points) or not len(target.points):
         raise ValueError("a surface has no points")
+    if not (np.isfinite(pred.normals).all() and np.isfinite(target.normals).all()):
+        raise ValueError("a surface has normals that are not finite")
     # For so many points a tree is faster than `geometry.nearest`, which compares all with all.
     there, to_target = KDTree(target.points).query(pred.points)
     back, to_pred = KDTree(pred.points).query(target.points)

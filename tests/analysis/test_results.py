@@ -36,6 +36,12 @@ def test_runs_are_read_in_order_with_their_means(tmp_path):
         results.where(regime="w")
 
 
+def test_a_category_of_digits_is_a_name(tmp_path):
+    write_run(tmp_path / "1", category="02818832")
+    results = Results.read(tmp_path)
+    assert set(results.samples["category"]) == set(results.runs["category"]) == {"02818832"}
+
+
 def test_scores_less_copies_of_training_shapes_stand_beside(tmp_path):
     chamfers = [0.1, 0.2, 0.9]
     write_run(tmp_path / "1", "e", chamfer=chamfers)

@@ -49,6 +49,10 @@ def test_shared_clouds_broadcast_and_have_gradients(backend):
         return (result.a_to_b * torch.arange(5)).sum(), result.b_to_a.square().sum()
 
     assert torch.autograd.gradcheck(f, (a, b))
+    with pytest.raises(NotImplementedError, match="no second derivatives"):
+        torch.autograd.functional.hessian(
+            lambda x: nearest_neighbors(x, b, backend).a_to_b.sum(), a
+        )
 
 
 @pytest.mark.parametrize("bad", [torch.nan, torch.inf, -torch.inf])

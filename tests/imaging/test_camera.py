@@ -1,5 +1,7 @@
 import numpy as np
+import pytest
 
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -32,6 +34,8 @@ def test_a_moved_camera_sees_moved_points_in_the_same_place():
 
 def test_the_authors_camera_is_that_of_their_script():
     """At (0, 1, 0.6) in Blender's frame, 35 mm on 32 mm, of which the wider side is the image's."""
+    with pytest.raises(ConfigError, match="camera=author must be one of"):
+        RenderSettings(camera="author")
     (camera,) = RenderSettings(camera="authors", azimuths=[0.0]).cameras()
     np.testing.assert_allclose(camera.pose.position, [0, 0.6, -1], atol=1e-12)
     focal = 35 / 32 * 256  # pixels

@@ -69,6 +69,11 @@ def test_the_mesh_is_the_subdivided_template_deformed(reconstruction):
     moved = deform(matrix, lattice.control_points(), offsets)
     np.testing.assert_allclose(mesh.vertices, moved, atol=1e-5)
     assert template.edges_unique_length.max() <= bank.max_edge + 1e-9
+    kept = template.vertices.copy()
+    template.vertices *= 2
+    mesh.faces[:] = 0
+    np.testing.assert_array_equal(reconstruction.template.vertices, kept)
+    assert reconstruction.mesh.faces.any(), "the caller's own"
 
 
 def test_points_lie_on_the_mesh_and_carry_its_labels(reconstruction):

@@ -26,6 +26,7 @@ from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.geometry.subdivision import subdivide_mesh
 from ffd_lightning.metrics.distortion import unique_edges
 
+_KEPT = 100  # subdivided meshes, with their B some 15 MB each
 _DIVISIONS = 2  # of a small face's edges, where its texture is averaged
 
 
@@ -266,12 +267,15 @@ class TemplateBank:
 
         Parts and textures are kept; where there is a texture, each small face has its colour.
         """
-        if index not in self._subdivided:
-            fine = subdivide_mesh(self.meshes[index], self.max_edge)
-            fine = replace(fine, face_colors=mean_colors(fine, _DIVISIONS))
-            matrix = deformation_matrix(torch.from_numpy(fine.vertices), self.lattices[index])
-            self._subdivided[index] = fine, matrix.float()
-        return self._subdivided[index]
+        if (known := self._subdivided.get(index)) is not None:
+            return known
+        fine = subdivide_mesh(self.meshes[index], self.max_edge)
+        fine = replace(fine, face_colors=mean_colors(fine, _DIVISIONS))
+        matrix = deformation_matrix(torch.from_numpy(fine.vertices), self.lattices[index]).float()
+        if len(self._subdivided) >= _KEPT:
+            self._subdivided.pop(next(iter(self._subdivided)), None)
+        self._subdivided[index] = fine, matrix
+        return fine, matrix
 
     def edges(self, index: int) -> NDArray[np.int64]:
         """Return the edges of a template's subdivided mesh, (E, 2)."""

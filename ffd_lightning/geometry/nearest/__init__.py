@@ -128,8 +128,9 @@ class _Nearest(torch.autograd.Function):
         return d_ab, i_ab, d_ba, i_ba
 
     @staticmethod
-    @torch.autograd.function.once_differentiable
     def backward(ctx: Any, g_ab: Tensor, _i: Tensor, g_ba: Tensor, _j: Tensor) -> tuple:
+        if torch.is_grad_enabled():  # create_graph=True, which torch's own check may miss
+            raise NotImplementedError("distances to nearest neighbours have no second derivatives")
         a, b, index_a, index_b, i_ab, i_ba = (t.detach() for t in ctx.saved_tensors)
         grad_a = grad_b = None
         if ctx.needs_input_grad[0]:
