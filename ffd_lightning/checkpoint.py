@@ -26,6 +26,7 @@ from ffd_lightning.components import Component
 from ffd_lightning.data.categories import ANY, members
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.nn import consensus
 from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
@@ -49,6 +50,8 @@ class TrainedModel:
         categories: that it was trained on.
         record: what its training says of itself: plain values by name.
         step: of the training.
+        own_images: whether its training images came with the data, so `render` says nothing of
+            their cameras.
     """
 
     network: TemplateFfdNetwork
@@ -58,6 +61,17 @@ class TrainedModel:
     categories: tuple[str, ...]
     record: dict[str, Any]
     step: int
+    own_images: bool = False
+
+    @property
+    def only_camera(self) -> Camera | None:
+        """The camera of all training images; None where there are several, or nobody knows."""
+        return None if self.own_images else self.render.only_camera
+
+    @property
+    def views(self) -> str:
+        """From where the training images were taken, in words."""
+        return "the data's own" if self.own_images else self.render.views
 
     @property
     def template_categories(self) -> tuple[str, ...]:
@@ -141,6 +155,7 @@ def model_entry(
         "templates": data.bank.state(),
         "object_fill": data.object_fill,
         "render": asdict(data.render),
+        "own_images": any(p.source.own_images for p in data.preparations),
         "categories": list(data.categories),
         "record": dict(record),
     }
@@ -230,7 +245,8 @@ def load_model(checkpoint: Path) -> TrainedModel:
         camera = render.only_camera if content.get("one_camera") else None
         network.projection = None if camera is None else camera.projection
     step = int(state["global_step"])
-    return TrainedModel(network.eval(), bank, fill, render, categories, record, step)
+    own = content.get("own_images", False)
+    return TrainedModel(network.eval(), bank, fill, render, categories, record, step, own)
 
 
 def load_weights(module: nn.Module, state: Mapping[str, Any], part: str = "network.") -> str:

@@ -335,7 +335,7 @@ def run_hydra(
     `run` takes the typed settings and returns the job's result. With `counted`, a callback of the
     configuration counts the jobs of a multirun that have failed.
     """
-    given = list(arguments)
+    given = sorted(arguments, key=lambda a: a not in ("-m", "--multirun"))  # wherever it stands
     args, _ = get_args_parser().parse_known_args(given)
     if args.help:
         from ffd_lightning.app.help import command_help

@@ -59,4 +59,4 @@ def paper_templates(category: str) -> tuple[str, ...]:
     Source: the lists released with the authors' code.
     """
     text = files("ffd_lightning.data").joinpath("paper_templates.json").read_text(encoding="utf-8")
-    return tuple(json.loads(text).get(SYNSETS.get(category), ()))
+    return tuple(json.loads(text).get(SYNSETS.get(category, category), ()))

@@ -221,11 +221,11 @@ class Predictor:
     def knows_side(self) -> bool:
         """Whether reconstructions have a viewpoint."""
         model = self.model
-        return model.network.viewpoint is not None or model.render.only_camera is not None
+        return model.network.viewpoint is not None or model.only_camera is not None
 
     def _viewpoints(self, prediction: FfdPrediction) -> list[tuple[Viewpoint, ...]]:
         """Return from where each photograph may have been taken."""
-        camera, count = self.model.render.only_camera, len(prediction.template_weights)
+        camera, count = self.model.only_camera, len(prediction.template_weights)
         if prediction.viewpoint is not None:
             return [tuple(viewpoints(row)) for row in prediction.viewpoint.float().cpu()]
         known = () if camera is None else (Viewpoint(camera.azimuth, camera.elevation, 1.0),)

@@ -252,11 +252,22 @@ OFF = "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
 POINTS = "0 0 0\n1 0 0\n0 1 0\n"
 LATIN_PLY = PLY.format(colors="comment st\xfchle\n", count=1) + POINTS + "3 0 1 2\n"
 CONCAVE = "v 2 2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\nv 1 1 0\n"  # a square without a quarter
+FORMS = """v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0
+v 5 0 0\nv 7 0 0\nv 8 1 0\nv 7 2 0\nv 5 2 0\nv 4 1 0\nvt 0 0\nvn 0 0 1\n"""
+HEXAGON = "f 5//1 6//1 7//1 8//1 9//1 10//1\n"
 GOOD = {
     "n-gons": ("obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n", 3, 4.0),
     "concave": ("obj", CONCAVE + "f 1 2 3 4 5\n", 3, 3.0),
     "concave, backwards": ("obj", CONCAVE + "f 4 3 2 1 5\n", 3, 3.0),
     "tabs, CR, comments": ("obj", "v\t0 0 0 # a\rv 1 0 0\rv 0 1 0\rf\t1 2 3 # b\r", 1, 0.5),
+    "indented": ("obj", TRIANGLE + "  f 1 2 3\n", 1, 0.5),
+    "v/vt/vn quad, v//vn hexagon": (
+        "obj",
+        FORMS + "f 1/1/1 2/1/1 3/1/1 4/1/1\n" + HEXAGON,
+        6,
+        10.0,
+    ),
+    "v/vt triangle, v hexagon": ("obj", FORMS + "f 1/1 2/1 3/1\nf 5 6 7 8 9 10\n", 5, 8.0),
     "NaN face": ("obj", TRIANGLE + "v nan 0 0\nf 1 2 3\nf 1 2 4\n", 1, 0.5),
     "degenerate": ("obj", TRIANGLE + "f 1 2 3\nf 1 1 2\nf 3 3 3\n", 1, 0.5),
     "latin-1": ("obj", b"# st\xfchle\ng l\xe4nge\n" + (TRIANGLE + "f 1 2 3\n").encode(), 1, 0.5),

@@ -161,6 +161,16 @@ def test_checkpoints_of_other_versions_and_networks_are_named(checkpoint, tmp_pa
     assert kept.object_fill > 0.4
 
 
+def test_where_images_came_with_the_data_no_side_is_known(checkpoint, tmp_path, image):
+    state = torch.load(checkpoint, weights_only=True)
+    assert Predictor.load(checkpoint).predict(image).viewpoint is not None
+    state["model"]["own_images"] = True
+    torch.save(state, tmp_path / "own.ckpt")
+    predictor = Predictor.load(tmp_path / "own.ckpt")
+    assert not predictor.knows_side
+    assert predictor.predict(image).viewpoint is None
+
+
 def test_a_checkpoint_names_no_folder_of_its_maker(checkpoint):
     model = load_model(checkpoint)
     settings = model.record["settings"]

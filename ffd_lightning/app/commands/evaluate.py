@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from ffd_lightning.geometry.mesh import Mesh
     from ffd_lightning.inference.own_templates import OwnTemplates
 
+log = logging.getLogger(__name__)
+
 _FILES = ("run", "checkpoint", "prepared", "data_root", "templates")
 _DIGITS = 8  # of digests in names
 
@@ -123,6 +125,14 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
         tested_on = Subset(other, np.asarray(rows, np.int64))
         subject = replace(subject, tested_on=tested_on, twins=frozenset())
         subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
+        known = {*opened.data.split.train, *opened.data.split.val}
+        if seen := sum(other.ids[row] in known for row in rows):
+            log.warning(
+                "%d of %d shapes have ids of shapes that the run was trained or validated on: such "
+                "scores say nothing of new shapes",
+                seen,
+                len(rows),
+            )
     if (told := _told(cfg, opened.data, checkpoint or run.checkpoint)) is not None:
         model, own = told
         left = _without(subject.tested_on, model.bank.meshes)

@@ -188,7 +188,7 @@ def predict_files(settings: Settings) -> list[Outcome]:
     most, name = min((len(model.templates_of(name)), name) for name in set(asked))
     if settings.top_k > most:
         raise ConfigError(f"top_k={settings.top_k}: the model has {most} templates of {name}")
-    print(f"network of {', '.join(model.categories)}; rendered images: {model.render.views}")
+    print(f"network of {', '.join(model.categories)}; training images: {model.views}")
     if settings.colors is None:
         settings = replace(settings, colors="photo" if predictor.knows_side else "material")
     elif settings.colors == "photo" and not predictor.knows_side:
@@ -274,7 +274,7 @@ class _Maker:
             "asked_category": settings.category,
             **record(selected),
             "seconds": {name: round(value, 4) for name, value in seconds.items()},
-            "trained_on": {"categories": list(model.categories), "views": model.render.views},
+            "trained_on": {"categories": list(model.categories), "views": model.views},
             "checkpoint": {"run": settings.run, "step": model.step, "sha256": self._digest},
             **({"templates": settings.templates} if self._templates else {}),
             "files": [file.relative_to(folder).as_posix() for file in _there(folder, files)],

@@ -241,8 +241,9 @@ def _mended(data: bytes, kind: str, name: str) -> bytes:
     if kind != "obj":
         return data
     data = re.sub(rb"\r\n?", b"\n", data).replace(b"\\\n", b" ").replace(b"\t", b" ")
+    data = re.sub(rb"^ +", b"", data, flags=re.MULTILINE)
     data = re.sub(rb"^((?:v|vt|vn|f) [^#\n]*)#.*", rb"\1", data, flags=re.MULTILINE)
-    return _without_concave_faces(_absolute_indices(data))
+    return _without_concave_faces(_of_one_form(_absolute_indices(data)))
 
 
 def _as_utf8(data: bytes) -> bytes:
@@ -273,6 +274,27 @@ def _absolute_indices(data: bytes) -> bytes:
                 )
             lines[i] = b" ".join([first, *corners])
     return b"\n".join(lines)
+
+
+def _of_one_form(data: bytes) -> bytes:
+    """Give an OBJ's faces one form, `v` or `v/vt`, where they have several.
+
+    trimesh takes lines of as many numbers for faces of one form: six may be a triangle of `v/vt`,
+    one of `v//vn`, or a hexagon.
+    """
+    firsts = set(re.findall(rb"^f +(\S+)", data, re.MULTILINE))
+    forms = {re.sub(rb"\d+", b"0", first) for first in firsts}
+    if len(forms) < 2:
+        return data
+    textured = any(b"0/0" in form for form in forms)
+    spare = len(re.findall(rb"^vt ", data, re.MULTILINE)) + 1  # for corners without one
+    lines = data.split(b"\n")
+    for i, line in enumerate(lines):
+        if line.startswith(b"f "):
+            corners = [(*corner.split(b"/"), b"")[:2] for corner in line.split()[1:]]
+            kept = (b"%b/%b" % (v, vt or b"%d" % spare) if textured else v for v, vt in corners)
+            lines[i] = b"f " + b" ".join(kept)
+    return b"\n".join([*lines, b"vt 0 0"])
 
 
 def _without_concave_faces(data: bytes) -> bytes:

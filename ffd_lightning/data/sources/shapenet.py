@@ -16,7 +16,7 @@ from ffd_lightning.data.sources.r2n2 import R2n2Images, mismatch
 from ffd_lightning.data.sources.shapenet_parts import PartAnnotations
 from ffd_lightning.errors import DataError, RejectedShapeError
 
-_LOADER_VERSION = 3  # part of the fingerprint: raise it when the same files give another mesh
+_LOADER_VERSION = 4  # part of the fingerprint: raise it when the same files give another mesh
 MESHES = {1: PurePath("model.obj"), 2: PurePath("models/model_normalized.obj")}
 """Where a shape's mesh is, by version, below the shape's folder."""
 _YAW = {1: 90.0, 2: 0.0}  # degrees, see `orientation.turn`: v1 faces +x
