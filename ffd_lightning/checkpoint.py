@@ -235,8 +235,9 @@ def load_model(checkpoint: Path) -> TrainedModel:
             "@component('encoder', NAME) above its class, and train again"
         )
     seen = shrunk_size(sizes["image_size"], sizes.get("shrink", 1))
-    built = encoder.build(image_size=seen, batch_norm_momentum=0.1)
-    network = TemplateFfdNetwork(built, **sizes)
+    with torch.random.fork_rng(devices=[]):  # first weights draw, and are replaced
+        built = encoder.build(image_size=seen, batch_norm_momentum=0.1)
+        network = TemplateFfdNetwork(built, **sizes)
     if reason := load_weights(network, state):
         raise ConfigError(f"the checkpoint {checkpoint} is of another network ({reason})")
     if "template_codes" in content:

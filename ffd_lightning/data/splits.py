@@ -244,7 +244,8 @@ def _read_folder(folder: Path, synset: str) -> dict[str, str]:
     for top in (folder / synset, folder):
         files = [file for file in sorted(top.glob("*.*")) if file.suffix in (".lst", ".txt")]
         for subset, file in ((subset, file) for subset in SUBSETS for file in files):
-            words = set(re.split("[^a-z]+", file.stem.lower()))
+            stem = re.split("[^a-z]+", file.stem.lower())
+            words = {"val" if word in ("valid", "validation") else word for word in stem}
             if words & set(SUBSETS) == {subset}:  # not trainval.lst, say
                 names = file.read_text(encoding="utf-8-sig").split()
                 found |= dict.fromkeys(names, subset)

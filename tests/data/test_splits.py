@@ -92,6 +92,7 @@ FORMS = {
     "3,3001627,0,c,test\n4,3001627,0,d,test\n5,4379243,0,a,test\n",
     "folder": {"03001627/train.lst": "a\nb", "03001627/test.lst": "c\nd", "train.lst": "d"},
     "flat": {"train.txt": "a b", "val.txt": "e", "test.txt": "c d"},
+    "long": {"train.lst": "a b", "validation.lst": "e", "test.lst": "c d"},
     "unions": {
         **{"train.lst": "a\nb", "test.lst": "c\nd", "trainval.lst": "a\nb\ne"},
         **{"train_val.lst": "a\nb\ne", "latest.txt": "a\nb"},
@@ -109,7 +110,7 @@ def test_published_forms_of_lists(tmp_path, name):
     subsets = ListedSplit(tmp_path / name)(shapes("abcd"))
     assert make_split("abcd", subsets) == (("a", "b"), (), ("c", "d"))
     named = {i for i, subset in subsets.items() if subset == "val"}
-    assert named == ({"e"} if name in ("parts.txt", "flat") else set())
+    assert named == ({"e"} if name in ("parts.txt", "flat", "long") else set())
 
 
 def test_shapes_that_a_list_does_not_name_are_left_out(tmp_path, caplog):

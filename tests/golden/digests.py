@@ -38,6 +38,8 @@ TOLERANCES = {
     "steps": (1e-5, 1e-9),  # float64
     "first_step": (2e-3, 1e-9),  # float32
     "means": (2e-3, 1e-9),
+    # Of some hundred steps of a descent, which amplify what processors round differently.
+    **dict.fromkeys(("fitted_chamfer", "fitted_emd", "fitted_iou"), (1e-2, 1e-9)),
 }
 
 _DIRECTIONS = np.random.default_rng(0).uniform(-1, 1, (3, 8))
