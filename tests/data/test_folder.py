@@ -81,6 +81,13 @@ def test_of_several_files_the_documented_one_is_taken(root, names, chosen):
         load(root)
 
 
+def test_one_of_several_meshes_is_taken_with_a_warning_unless_it_is_named(root):
+    write_folder(root, {f"chair/{x}.obj": OBJ for x in ("m/b", "m/a", "n/b", "n/n", "c", "d")})
+    said = {i: FolderSource(root).load("chair", i).warning for i in "mncd"}
+    assert said.pop("m") == "folders of several meshes, of which one is taken: a.obj"
+    assert not any(said.values())
+
+
 def test_formats_that_are_not_read_are_named_with_the_way_out(root):
     texture, mtl = png((5, 6, 7)), "newmtl m\nmap_Kd x.png\n"
     foreign = {"a b.AC": "AC3D\0", "in folder/x.dae": "<", "c.skp": "?", "m.blend": "?"}

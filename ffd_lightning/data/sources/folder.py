@@ -23,6 +23,7 @@ from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.errors import DataError, RejectedShapeError
 
 _LOADER_VERSION = 4  # part of the fingerprint: raise it when the same files give another mesh
+_STEMS = ("model_normalized", "model")  # of mesh files that are preferred
 
 _Files = dict[str, tuple[Path, list[Path]]]
 """By id: a shape's mesh file, and all files that may be read for it."""
@@ -72,9 +73,13 @@ class FolderSource(Source):
         files, orientations = self._of(category)
         if shape_id not in files:
             raise RejectedShapeError(f"there is no shape {shape_id!r} of category {category!r}")
-        mesh, warnings = read_mesh(*files[shape_id])
+        file, beside = files[shape_id]
+        mesh, warnings = read_mesh(file, beside)
         mesh, warning = shown_on_white(mesh)
         mesh = orient(mesh, *orientations.get(shape_id, self.usual))
+        alike = [x for x in beside if x.suffix.lower() == file.suffix.lower()]
+        if len(alike) > 1 and file.stem not in (*_STEMS, shape_id):
+            warnings += (f"folders of several meshes, of which one is taken: {file.name}",)
         return SourceShape(mesh).warned(*warnings, warning)
 
     def fingerprint(self, category: str) -> dict[str, object]:
@@ -177,7 +182,7 @@ def _find_shapes(folder: Path) -> _Files:
 
 def _preferred(meshes: list[Path], shape_id: str) -> Path:
     """Return the mesh file to take, by the order that `FolderSource` documents."""
-    stems, formats = ["model_normalized", "model", shape_id], (*EXTENSIONS, *FOREIGN)
+    stems, formats = [*_STEMS, shape_id], (*EXTENSIONS, *FOREIGN)
 
     def rank(file: Path) -> tuple[bool, int, int, str]:
         stem = stems.index(file.stem) if file.stem in stems else len(stems)
