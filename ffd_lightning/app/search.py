@@ -44,8 +44,10 @@ def run_search(
     measures = {m.name: m for m in components.make("protocol", protocol).metrics}
     if search.measure not in measures:
         raise ConfigError(f"protocol {protocol} has no {search.measure}: {', '.join(measures)}")
+    if value_of("evaluation.subset", overrides, "val") != "val":
+        raise ConfigError("a search looks at the validation shapes: leave evaluation.subset out")
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    maximize, done = measures[search.measure].higher_is_better, optuna.trial.TrialState.COMPLETE
+    maximize = measures[search.measure].higher_is_better
     deciding = sorted(x for x in overrides if _decides(x.lstrip("+~").partition("=")[0]))
     settings = [deciding, search.measure, asdict(search)["parameters"]]
     study = optuna.create_study(
@@ -67,14 +69,19 @@ def run_search(
             continue
         scores = [run.status["summary"][search.measure] for run in runs]
         study.tell(number, float(np.mean(scores)))
-        rows = [
-            {"trial": t.number, "score": t.value, **t.params}
-            for t in study.get_trials(states=[done])
-        ]
-        rows.sort(key=lambda row: row["score"], reverse=maximize)
+        _write(study, folder)
+    _write(study, folder)  # another search of this name may have written its own meanwhile
+    return code
+
+
+def _write(study: optuna.Study, folder: Path) -> None:
+    """Write the scores of the trials so far, the best first."""
+    done = [trial for trial in study.get_trials() if trial.value is not None]
+    rows = [{"trial": t.number, "score": t.value, **t.params} for t in done]
+    rows.sort(key=lambda row: row["score"], reverse=study.direction.name == "MAXIMIZE")
+    if rows:
         write_csv(folder / "trials.csv", rows)
         write_atomic(folder / "best.json", json.dumps(rows[0], indent=2) + "\n")
-    return code
 
 
 def _decides(key: str) -> bool:

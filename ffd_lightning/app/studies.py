@@ -119,11 +119,22 @@ def sweeps(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> li
     What the study itself sets is given as `base`: names of folders leave it out, so that runs of a
     study are where its stages look for them, and only what a user adds is seen in the name. Their
     overrides replace the study's of the same key.
+
+    Raises:
+        ConfigError: an override of what is another in each stage.
     """
     parser, result = OverridesParser.create(), []
-    for stage in study.stages or [Stage()]:
-        own = [*study.overrides, *stage.overrides]
-        own = merged([*own, *study.quick, *stage.quick] if quick else own)
+    stages = [
+        merged([*study.overrides, *x.overrides, *(quick * [*study.quick, *x.quick])])
+        for x in study.stages or [Stage()]
+    ]
+    for key in map(_key, overrides):
+        if len({tuple(x for x in own if _key(x) == key) for own in stages}) > 1:
+            raise ConfigError(
+                f"the stages of this study differ in {key}: change it in a copy of the study's "
+                "file, and give that"
+            )
+    for own in stages:
         fixed = [x for x in own if not parser.parse_override(x).is_sweep_override()]
         quoted = ('"{}"'.format(x.replace("\\", "\\\\").replace('"', '\\"')) for x in fixed)
         result.append([*merged([f"name={name}", *own, *overrides]), f"base=[{','.join(quoted)}]"])
@@ -136,7 +147,11 @@ def merged(overrides: Iterable[str]) -> list[str]:
     >>> merged(["regime=b,e", "seed=0", "regime=r"])
     ['regime=r', 'seed=0']
     """
-    return list({x.split("=", 1)[0].lstrip("+~"): x for x in overrides}.values())
+    return list({_key(x): x for x in overrides}.values())
+
+
+def _key(override: str) -> str:
+    return override.split("=", 1)[0].lstrip("+~")
 
 
 def value_of(key: str, overrides: Iterable[str], default: str) -> str:

@@ -49,7 +49,7 @@ def request_of(tmp_path, *arguments):
 @pytest.mark.parametrize("quick", [False, True])
 @pytest.mark.parametrize("name", [file.stem for file in STUDIES])
 def test_the_studies_can_run_on_the_embedded_data(name, quick):
-    answer = [] if quick else ["encoder.weights=none"]
+    answer = [] if quick or name in SHORT else ["encoder.weights=none"]
     first, problems = check_study(stages(name, *answer, quick=quick))
     assert problems == ""
     assert first.schedule.name == ("quick" if quick or name in SHORT else "paper")
@@ -179,6 +179,8 @@ def test_what_only_some_jobs_would_fail_by_is_found_too(trained, tmp_path):
     ):
         with pytest.raises(ConfigError, match=message):
             run_study(request_of(tmp_path, "regimes", own))
+    with pytest.raises(ConfigError, match="stages of this study differ in templates"):
+        run_study(request_of(tmp_path, "template_counts", "templates=t1,t2"))
     assert not trained
 
 
@@ -200,11 +202,11 @@ def test_a_study_of_categories_that_are_not_there_is_refused(name, shapenet, tra
 
 
 def test_a_stage_that_fails_does_not_stop_the_next(trained, tmp_path):
-    given = ("template_counts", "category=chair", "--config-dir=conf")
+    given = ("template_counts", "category=chair", "--config-dir=conf", 'name="so, ä"')
     assert run_study(request_of(tmp_path, *given)) == 1
     assert len(trained) == 3
     assert all("category=chair" in call and f"paths.runs={tmp_path}" in call for call in trained)
-    note = yaml.safe_load((tmp_path / "template_counts-quick" / "study.yaml").read_text())
+    note = yaml.safe_load((tmp_path / "so, ä" / "study.yaml").read_text())
     assert note["study"] == "template_counts"
     assert note["question"].startswith("How many")
     assert "--quick --config-dir conf category=chair" in note["command"]
@@ -247,10 +249,13 @@ def test_a_search_finds_what_is_best_and_is_begun_anew_for_other_settings(tmp_pa
     expected = min(abs(np.log10(rate) + 2) for _, rate in trainer.tried) + 0.05
     assert best["score"] == pytest.approx(expected, abs=1e-3), "the mean over seeds"
     assert len((tmp_path / "trials.csv").read_text().splitlines()) == 21
-    for own, count in ((["a=1", "trainer=gpu"], 0), (["a=2"], 20)):
+    for own, count in ((["a=2"], 20), (["a=1", "trainer=gpu"], 0)):
         again = Trainer(tmp_path)
         assert run_search(SEARCH, 20, tmp_path, own, again) == 0
         assert len(again.tried) == count
+    assert yaml.safe_load((tmp_path / "best.json").read_text()) == best, "its own, not a=2's"
+    with pytest.raises(ConfigError, match="looks at the validation shapes"):
+        run_search(SEARCH, 20, tmp_path, ["evaluation.subset=test"], trainer)
 
 
 def test_a_search_that_was_cut_off_resumes_as_if_it_had_not_been(tmp_path):

@@ -100,7 +100,7 @@ def run_study(request: Request) -> int:
     stages = sweeps(study, name, request.quick, overrides)
     tried = study.search.first if study.search else []
     first, problems = check_study([[*stage, *tried] for stage in stages], request.config_dir)
-    folder = Path(first.paths.runs) / name
+    folder = Path(first.paths.runs) / first.name
     print(f"{study.question}\n\n{folder}\n", flush=True)
     if request.dry_run:
         for stage in stages:
