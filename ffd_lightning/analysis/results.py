@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from os.path import commonpath, relpath
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from ffd_lightning.analysis.naming import GROUP, SETTING, setting_text, sorted_r
 from ffd_lightning.analysis.status import run_status
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
+from ffd_lightning.files import read_json
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.run_folder import RunFolder, decides, find_runs
 
@@ -98,9 +99,12 @@ class Results:
         folder = folder or Path(commonpath([run.path for run in runs]) if runs else ".")
         known, settings, damaged = _read_settings(runs, folder)
         table = settings[list(_KEYS.values())].set_axis(list(_KEYS), axis=1).reset_index()
-        table["variant"] = variants(table, deciding_settings(settings))
         statuses = pd.DataFrame([run_status(run) for run in known.values()])
         table[["state", "reason"]] = statuses[["state", "reason"]]
+        # Settings that could not be run would make others of all the rest.
+        begun = table[table["state"] != "failed"]
+        table["variant"] = variants(begun, deciding_settings(settings.loc[begun["run"]]))
+        table = table.fillna({"variant": ""})
         summaries = [run.status.get("summary") or {} for run in known.values()]
         table["seconds_per_step"] = [x.get("seconds_per_step", np.nan) for x in summaries]
         table = sorted_runs(table).reset_index(drop=True)
@@ -122,7 +126,14 @@ class Results:
         columns = ["run", *GROUP, "seed", "id", "view", "family", "template"]
         # Copied: in one block each kind of column, of which pandas would warn otherwise.
         samples = pd.concat(parts or [pd.DataFrame(columns=columns)], ignore_index=True).copy()
-        families = {name: found for name, run in known.items() if (found := _families(run))}
+        other = _of_other_data(samples, settings)
+        for part in (samples, table):
+            part["category"] += part["run"].map(other).fillna("")
+        families = {
+            name: found
+            for name, run in known.items()
+            if (found := _families(run, other.get(name, "")))
+        }
         table = pd.concat([table, pd.DataFrame(damaged)], ignore_index=True)
         curves = pd.DataFrame(columns=CURVE)
         return cls(samples, table, settings, chosen, families, curves, folder=folder)
@@ -237,6 +248,24 @@ def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(columns, settings.index)
 
 
+def _of_other_data(samples: pd.DataFrame, settings: pd.DataFrame) -> dict[str, str]:
+    """Return " (data.seed=1)", say, of runs on other data than most runs of a category.
+
+    Their shapes are others, also where these have the same ids.
+    """
+    values = settings.reindex(columns=["data.name", "data.seed", "data.root"]).map(setting_text)
+    values["data.root"] = values["data.root"].map(lambda root: PurePath(root).name)
+    found: dict[str, str] = {}
+    for _, part in samples.groupby("category", sort=False):
+        runs = values.loc[part["run"].unique()]
+        ((usual, _),) = Counter(runs.itertuples(index=False, name=None)).most_common(1)
+        for run, row in runs.iterrows():
+            told = [f"{k}={x}" for k, x, most in zip(runs, row, usual, strict=True) if x != most]
+            if told:
+                found[str(run)] = f" ({', '.join(told)})"
+    return found
+
+
 def own_protocol(run: RunFolder) -> str:
     """Return the name of the results that a run's training ended with, or will."""
     ended, chosen = run.status.get("evaluation") or {}, run.settings.get("protocol") or {}
@@ -273,6 +302,9 @@ def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:
         known = samples[["id", "category", "view", "template", *measures]]
         if known.empty or not np.isfinite(known[measures].to_numpy(float)).all():
             raise ValueError("no rows, or scores that are not finite")
+        count = read_json(file.with_name("summary.json"))["num_samples"]
+        if len(known) != count or known.duplicated(["id", "view"]).any():
+            raise ValueError(f"{len(known)} rows, not one for each of {count:g} images")
         return samples
     except (OSError, ValueError, KeyError) as error:
         raise DataError(
@@ -292,7 +324,8 @@ def _read_settings(
         name = relpath(run.path, folder)
         try:
             row = pd.json_normalize(run.settings)
-            if not row.reindex(columns=list(_KEYS.values())).notna().all(axis=None):
+            keys = row.reindex(columns=list(_KEYS.values()))
+            if not keys.notna().all(axis=None) or isinstance(keys["templates.count"][0], str):
                 raise ConfigError("config.yaml names no category, regime, templates or seed")
         except ConfigError as error:
             damaged.append({"run": name, "state": "damaged", "reason": str(error)})
@@ -327,8 +360,11 @@ def _check_scores(
         raise DataError(f"evaluated under another protocol of this name: {again} restart=true")
 
 
-def _families(run: RunFolder) -> dict[str, str]:
-    """Return `<category>/<family>` of the templates that a run could select, {} where unknown."""
+def _families(run: RunFolder, data: str) -> dict[str, str]:
+    """Return `<category>/<family>` of the templates that a run could select, {} where unknown.
+
+    `data` is what categories are called by beside their names.
+    """
     try:
         ranking = pd.read_csv(run.path / "template_ranking.csv", dtype=str, keep_default_na=False)
         families = dict(zip(ranking["id"], ranking["family"], strict=True))
@@ -339,4 +375,4 @@ def _families(run: RunFolder) -> dict[str, str]:
     category = run.settings["category"]
     joint = len(category.get("members") or []) > 1
     name = {i: i.split("/")[0] if joint else category["name"] for i in families}
-    return {i: family and f"{name[i]}/{family}" for i, family in families.items()}
+    return {i: family and f"{name[i]}{data}/{family}" for i, family in families.items()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -55,7 +55,7 @@ def best(results: Results) -> pd.DataFrame:
     Returns:
         A row per metric and category, that of the mean over categories first where all settings are
         in all: columns of `compare`, of the best setting `a` against the next, `b`. `measure` is
-        the metric's name. Of more than 12 settings, the best 12 are compared.
+        the metric's name. Of more than 12 settings, the best 12 of a category are compared.
 
     Raises:
         DataError: there is nothing to compare; the message says why.
@@ -64,16 +64,37 @@ def best(results: Results) -> pd.DataFrame:
     titles = {name_of(x, by, long=False): name_of(x, by) for x in results.scored.to_dict("records")}
     rows: list[dict[str, Any]] = []
     for metric in results.protocol.metrics:
-        means = results.samples.groupby(by, sort=False)[metric.name].mean()
-        order = means.sort_values(ascending=not metric.higher_is_better, kind="stable")
-        chosen = results.samples[results.samples.set_index(by).index.isin(order.index[:_MOST])]
-        found = leads(compare(replace(results, samples=chosen), metric.name, by), metric)
-        rows += sorted(found, key=lambda row: not is_mean(row["category"]))
+        found: dict[str, dict[str, Any]] = {}
+        for part in _best_few(results.samples, by, metric):
+            compared = compare(replace(results, samples=part), metric.name, by)
+            found |= {row["category"]: row for row in leads(compared, metric)}
+        rows += sorted(found.values(), key=lambda row: not is_mean(row["category"]))
+    if not rows:
+        raise DataError("nothing to compare: each category has one setting")
     table = pd.DataFrame(rows).replace({"a": titles, "b": titles})
     # The best beats all if it beats the second, so p needs no correction for the others (Gutmann &
     # Maymin 1987). But of several, the second is the one that happens to be closest.
     table["p_equal"] = (table["p_equal"] * (len(titles) - 1)).clip(upper=1)
     return decide(table)
+
+
+def _best_few(samples: pd.DataFrame, by: list[str], metric: Metric) -> Iterator[pd.DataFrame]:
+    """Yield samples to compare: all, or those of the best settings that all categories have.
+
+    Then of each category those of its own best settings.
+    """
+    means = samples.groupby([*by, "category"], sort=False)[metric.name].mean().unstack()
+    if len(means) <= _MOST:
+        yield samples
+        return
+    means *= 1 if metric.higher_is_better else -1
+    setting = pd.MultiIndex.from_frame(samples[by]) if len(by) > 1 else pd.Index(samples[by[0]])
+    everywhere = means.mean(axis=1, skipna=False)
+    for category, means_there in {"": everywhere, **means}.items():
+        best_few = means_there.dropna().nlargest(_MOST).index
+        if len(best_few) > 1:
+            there = samples["category"] == category if category else True
+            yield samples[setting.isin(best_few) & there]
 
 
 def best_by_metric(results: Results, found: pd.DataFrame) -> Table:
@@ -98,7 +119,7 @@ def best_by_metric(results: Results, found: pd.DataFrame) -> Table:
         "trainings and shapes, over shapes alone where a setting has one training. Better: there "
         "is a difference, by a t test that is corrected for the rows of the table (Holm). About "
         f"equal: it is less than {MARGIN:.0%} of what lies between the score and the metric's "
-        f"floor. Of more than {_MOST} settings the best are compared."
+        f"floor. Of more than {_MOST} settings the best of a category are compared."
     )
     return Table("Best by each metric", head, rows, heads=4, note=note)
 
@@ -106,7 +127,7 @@ def best_by_metric(results: Results, found: pd.DataFrame) -> Table:
 def verdict(row: Mapping[Any, Any]) -> str:
     """Return what a comparison of the best with the next decides, a row of `best`."""
     if not row["trainings"]:
-        return "not decided: one training each"
+        return "not decided: a setting with one training"
     words = ["better"] * row["differs"] + [f"about equal (within {MARGIN:.0%})"] * row["equal"]
     return ", but ".join(words) or "not decided"
 

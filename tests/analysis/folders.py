@@ -27,9 +27,10 @@ def write_run(
     )
     place = run.evaluation(protocol.name)
     place.mkdir(parents=True)
-    (place / "summary.json").write_text(json.dumps({"protocol": protocol.to_json()}))
     given = {m.name: 0.5 for m in protocol.metrics} | {"family": "", "template": "x"} | columns
     count = max((len(x) for x in given.values() if isinstance(x, list)), default=2)
+    summary = {"protocol": protocol.to_json(), "num_samples": count}
+    (place / "summary.json").write_text(json.dumps(summary))
     rows = [
         {"id": f"{k:03}", "category": category, "view": 0}
         | {name: x[k] if isinstance(x, list) else x for name, x in given.items()}

@@ -23,6 +23,7 @@ from ffd_lightning.analysis.report.meshes import light_template, lighten, pack, 
 from ffd_lightning.analysis.report.page import write_report
 from ffd_lightning.analysis.report.selection import bars
 from ffd_lightning.analysis.results import Results
+from ffd_lightning.analysis.tables import best
 from ffd_lightning.app.commands import report
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.training_run import train
@@ -128,9 +129,25 @@ def test_the_page_opens_with_who_is_best_and_whether_it_is_shown(tmp_path, blank
         return page_of(folder).text
 
     text = lead(tmp_path / "one", (0,), b=0.05, w=0.0, posterior=0.1)
-    assert "Best Chamfer, EMD and IoU: w, log-weighted. One training each" in text
+    assert "Best Chamfer, EMD and IoU: w, log-weighted. One training decides" in text
     text = lead(tmp_path / "two", (0, 1), b=0.05, w=0.0)
     assert ": 3 of 3 leads" in text
+
+
+def test_of_many_settings_each_category_has_its_own_best(tmp_path, blank):
+    """Lamps' best, x13, is the worst of tables; y of tables alone."""
+    for category, shift in {"lamp": -0.01, "table": 0.02}.items():
+        for k in range(14):
+            columns = scores_of(chamfer=0.3 + shift * k, emd=0.0, iou=0.0)
+            make_run(tmp_path / f"{category}{k}", f"x{k}", category=category, count=4, **columns)
+    make_run(tmp_path / "y", "y", category="table", count=4, **scores_of(chamfer=0.1))
+    found = best(Results.read(tmp_path))
+    rows = found[found["measure"] == "chamfer"]
+    assert dict(zip(rows["category"], rows["a"], strict=True)) == {
+        "mean of 2": "x0",
+        "lamp": "x13",
+        "table": "y",
+    }
 
 
 def test_shares_of_templates_add_up_in_one_order(tmp_path):

@@ -42,6 +42,27 @@ def test_a_category_of_digits_is_a_name(tmp_path):
     assert set(results.samples["category"]) == set(results.runs["category"]) == {"02818832"}
 
 
+def test_shapes_of_other_data_are_others_whatever_their_ids(tmp_path):
+    for seed in (0, 0, 1):
+        name = f"{len(list(tmp_path.iterdir()))}"
+        run = write_run(tmp_path / name, settings=f"data: {{name: procedural, seed: {seed}}}\n")
+        (run.path / "template_ranking.csv").write_text("rank,id,family\n0,x,desk\n")
+    results = Results.read(tmp_path)
+    expected = {"0": "table", "1": "table", "2": "table (data.seed=1)"}
+    for table in (results.samples, results.runs):
+        assert dict(zip(table["run"], table["category"], strict=True)) == expected
+    assert results.families["2"] == {"x": "table (data.seed=1)/desk"}
+
+
+@pytest.mark.parametrize("rows", [1, 3])
+def test_scores_of_fewer_images_or_of_one_twice_are_damaged(tmp_path, rows):
+    run = write_run(tmp_path / "1")
+    file = run.evaluation("paper") / "samples.csv"
+    lines = file.read_text().splitlines()
+    file.write_text("\n".join([*lines, lines[1]][: rows + 1]))
+    assert "not one for each of 2 images" in Results.read(tmp_path).unscored["reason"].item()
+
+
 def test_scores_less_copies_of_training_shapes_stand_beside(tmp_path):
     chamfers = [0.1, 0.2, 0.9]
     write_run(tmp_path / "1", "e", chamfer=chamfers)
@@ -80,11 +101,13 @@ def test_what_else_differs_is_a_variant(tmp_path):
         settings = f"schedule: {{steps: {steps}, rate: {steps / 100}}}\n"
         write_run(tmp_path / f"seed{seed}_{steps}", seed=seed, settings=settings)
     write_run(tmp_path / "e", "e", settings="schedule: {steps: 9}\n")
+    refused = write_run(tmp_path / "x", "e", settings="schedule: {steps: null}\n")
+    refused.set_status("failed", reason="steps=null")
     steps = {f"seed{k}_{n}": f"schedule.steps={n}" for k, n in ((0, 300), (1, 300), (0, 600))}
-    assert variants(tmp_path) == {**steps, "e": ""}
+    assert variants(tmp_path) == {**steps, "e": "", "x": ""}
     write_run(tmp_path / "wide", settings="schedule: {steps: 300, rate: 3}\nnetwork: {hidden: 9}\n")
     rest = dict.fromkeys(("seed0_300", "seed1_300"), "common settings")
-    assert variants(tmp_path) == {**steps, **rest, "wide": "network.hidden=9", "e": ""}
+    assert variants(tmp_path) == {**steps, **rest, "wide": "network.hidden=9", "e": "", "x": ""}
 
 
 def test_networks_of_several_categories_are_settings_of_their_own(tmp_path):

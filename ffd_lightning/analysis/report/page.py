@@ -138,7 +138,7 @@ def verdict(results: Results, found: pd.DataFrame) -> tuple[str, ...]:
     `found` is what `tables.best` has found in the results.
     """
     overall = found[found["category"].map(is_mean)]
-    if overall.empty and found["category"].nunique() == 1:
+    if overall.empty and results.samples["category"].nunique() == 1:
         overall = found
     if overall.empty:
         return ("Each category has its own best.",)
@@ -151,7 +151,7 @@ def verdict(results: Results, found: pd.DataFrame) -> tuple[str, ...]:
         count = f"{overall['differs'].sum()} of {len(overall)}"
         decided = f"Shown to hold for other trainings and test shapes: {count} leads."
     else:
-        decided = "One training each decides nothing: another seed may give another order."
+        decided = "One training decides nothing: another seed may give another order."
     return " ".join(sentences), decided
 
 

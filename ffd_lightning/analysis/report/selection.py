@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import pandas as pd
-
 from ffd_lightning.analysis.naming import SETTING, differing, name_of
 from ffd_lightning.analysis.report.gallery import Opened, data_uri, rendered
 from ffd_lightning.analysis.results import Results
@@ -56,15 +54,18 @@ def bars(results: Results) -> dict[str, Any]:
 
 
 def pictures(results: Results, opened: Opened) -> dict[str, tuple[str, str]]:
-    """Return pictures of the templates that are selected: by id their name in the page, and data.
+    """Return pictures of templates that are selected, by `<category>/<id>`.
 
-    Templates of joint runs are known by their ids with and without the category.
+    Each has its name in the page, and its data.
     """
-    wanted = set(results.samples.get("template", pd.Series(dtype=str)))
     drawn: dict[str, tuple[str, str]] = {}
-    for run in opened.runs.values():
-        for name, mesh in zip(run.data.bank.ids, run.data.bank.meshes, strict=True):
-            if name in wanted and name not in drawn:
+    for name, part in results.samples.groupby("run", sort=False):
+        run, wanted, category = opened.runs.get(str(name)), set(part["template"]), part["category"]
+        meshes = () if run is None else zip(run.data.bank.ids, run.data.bank.meshes, strict=True)
+        for template, mesh in meshes:
+            # Trained together with other categories, a template is called <category>/<id>.
+            key = f"{category.iloc[0]}/{template}" if category.nunique() == 1 else template
+            if template in wanted and key not in drawn:
                 picture = data_uri(rendered(mesh, Camera(), _THUMBNAIL), "image/png")
-                drawn[name] = f"template-{len(drawn)}", picture
-    return {name.rpartition("/")[2]: picture for name, picture in drawn.items()} | drawn
+                drawn[key] = f"template-{len(drawn)}", picture
+    return drawn
