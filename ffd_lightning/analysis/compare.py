@@ -42,7 +42,8 @@ def compare(
             (`undeformed_chamfer`).
         by: columns, constant within a run, that tell the groups apart: `regime`, `seed`, say.
         held: columns that are the same in a comparison: there is one for each of their values. By
-            default regime, templates and variant, as far as they are not named in `by`.
+            default regime, templates and variant, as far as they are not named in `by`; what the
+            variant does not say must then be the same, too.
         paired: whether groups are other scores of the same trainings, so that these differ in what
             is measured alone.
 
@@ -59,6 +60,7 @@ def compare(
         DataError: there is nothing that can be compared; the message says why.
     """
     names = [by] if isinstance(by, str) else list(by)
+    alone = held is None and set(names) <= {"regime", "templates"}
     held = [name for name in SETTING if name not in names] if held is None else list(held)
     results.check_scored()
     require_columns(results.samples, [measure, *names, *held])
@@ -68,7 +70,6 @@ def compare(
             f"{without.iloc[0]} has samples without {measure}: ffd evaluate "
             f"run={without.iloc[0]} (evaluation.references=true for what a network must beat)"
         )
-    alone = set(names) <= {"regime", "templates"}
     settings = deciding_settings(results.settings) if alone else pd.DataFrame()
     settings = settings.loc[:, settings.nunique() > 1]
     floors = _floors(results, measure)

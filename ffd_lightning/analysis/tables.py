@@ -66,7 +66,7 @@ def best(results: Results) -> pd.DataFrame:
     for metric in results.protocol.metrics:
         found: dict[str, dict[str, Any]] = {}
         for part in _best_few(results.samples, by, metric):
-            compared = compare(replace(results, samples=part), metric.name, by)
+            compared = compare(replace(results, samples=part), metric.name, by, held=())
             found |= {row["category"]: row for row in leads(compared, metric)}
         rows += sorted(found.values(), key=lambda row: not is_mean(row["category"]))
     if not rows:

@@ -12,7 +12,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from analysis.folders import write_run
-from analysis.made import PAPER
+from analysis.made import PAPER, results, run_samples
 from commands import call
 from PIL import Image
 from scipy.spatial import cKDTree
@@ -132,6 +132,12 @@ def test_the_page_opens_with_who_is_best_and_whether_it_is_shown(tmp_path, blank
     assert "Best Chamfer, EMD and IoU: w, log-weighted. One training decides" in text
     text = lead(tmp_path / "two", (0, 1), b=0.05, w=0.0)
     assert ": 3 of 3 leads" in text
+
+
+def test_it_says_in_what_else_the_best_differ():
+    parts = [run_samples(5, x, chamfer=0.1, emd=0.1, iou=0.1) for x in "bw"]
+    found = results(*parts, category__name=["table"] * 2, schedule__steps=[3, 4])
+    assert "differ in schedule.steps, too" in page_module.verdict(found, best(found))[1]
 
 
 def test_of_many_settings_each_category_has_its_own_best(tmp_path, blank):
