@@ -66,12 +66,13 @@ from ffd_lightning.errors import UserError
 from ffd_lightning.evaluation.candidates import CANDIDATES
 from ffd_lightning.files import write_atomic, write_bytes_atomic
 from ffd_lightning.palette import REGIME_COLORS, regime_title
+from ffd_lightning.terminal import counted
 
 FOLDER = Path(__file__).parents[1] / "findings"
 DATA = FOLDER / "data"
 TEXTS = Path(__file__).parent / "findings"
-FILLED = (FOLDER.parents[1] / "README.md", FOLDER.parent / "evaluation.md")
-"""Pages elsewhere that have tables of kept scores."""
+FILLED = (FOLDER.parents[1] / "README.md", FOLDER.parent / "evaluation.md", FOLDER / "shapenet.md")
+"""Pages without a template that have tables of kept scores."""
 
 _MADE = "<!-- Made by docs/tools/findings.py from docs/tools/findings/{}: change it there. -->\n\n"
 _ICONS = {HOLDS: "success", FAILS: "failure", OPEN: "note"}
@@ -144,7 +145,7 @@ def setup(name: str, **where: Any) -> str:
         return ", ".join(map(str, sorted(set(values))))
 
     words = [
-        f"{len(kept.runs)} runs: {', '.join(tested_on.index)}",
+        f"{counted(len(kept.runs), 'run')}: {', '.join(tested_on.index)}",
         f"seed {few(kept.samples['seed'])}",
         f"T = {few(kept.samples['templates'])}",
         f"{few(kept.settings['schedule.steps'])} steps",
