@@ -215,12 +215,6 @@ def test_results_of_one_name_that_were_measured_otherwise_are_not_mixed(sweep, t
     assert page.text.count("evaluated under another protocol of this name") == 2
 
 
-def test_the_study_s_question_is_asked(sweep, tmp_path):
-    (tmp_path / "study.yaml").write_text("study: Entropy\nquestion: Does it help?\ncommand: make\n")
-    text = page_of(tmp_path).text
-    assert all(words in text for words in ("Entropy", "Does it help?", "make"))
-
-
 def test_the_command(sweep, tmp_path, capsys):
     assert call(report, str(tmp_path), "protocol=paper", "gallery=0") == 0
     assert capsys.readouterr().out == f"{tmp_path / 'report.html'}\n"

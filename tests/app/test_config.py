@@ -121,6 +121,7 @@ MISTAKES = [
     ),
     (["trainer=cpu", "trainer.devices=0"], ["trainer: ", "devices"]),
     (["trainer=cpu", "trainer.devices=3"], ["schedule.batch_size=32", "over 3 devices"]),
+    (["trainer=cpu", "trainer.devices=2", "schedule.batch_size=2"], ["two images or more each"]),
     (["schedule=paper"], ["encoder.weights=mobilenet_2_5_192_tf_no_top.h5 (https://", "=none"]),
     # spelling of the command line
     (["split.file={category}.json"], ["""'split.file="{category}.json"'"""]),

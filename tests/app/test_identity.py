@@ -28,18 +28,12 @@ NO_OTHER_RUN = [
 ANOTHER_RUN = [
     "trainer.precision=bf16-mixed",
     "seed=1",
-    "category=chair",
     "regime=e",
     "+regime.terms.more.term=chamfer",
     "templates=t4",
     "template_strategy=random",
-    "augmentation=photo",
-    "split=hash",
-    "data.num_models=23",
     "data.render.azimuths=[40]",
     "schedule.steps=9",
-    "lr_schedule=none",
-    "optimizer=adamw",
     "encoder.weights=embedded",
 ]
 

@@ -47,7 +47,3 @@ def test_the_command(tmp_path):
     assert "categories a, b" in done.stdout
     assert "a: 9 tried" in done.stdout
     assert "b: 9 tried" in done.stdout
-    no_folder = ("trial=true", "data=folder", f"data.root={tmp_path}/no")
-    done = run_command("prepare", *no_folder, cwd=tmp_path)
-    assert (done.returncode, "Traceback" in done.stderr) == (1, False)
-    assert "does not exist" in done.stderr

@@ -99,16 +99,6 @@ def test_tensorboard_holds_the_settings_and_results_that_tell_runs_apart(finishe
     assert told["Chamfer x 1000"].number_value == pytest.approx(1000 * summary["chamfer"])
 
 
-def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config):
-    run, summary = finished
-    before = run.checkpoint.stat().st_mtime_ns
-    assert train(tiny_config(), run) == summary
-    assert run.checkpoint.stat().st_mtime_ns == before
-    with pytest.raises(ConfigError, match=r"schedule.learning_rate was 0.003, now 0.002"):
-        train(tiny_config("schedule.learning_rate=2e-3"), run)
-    assert run.finished
-
-
 def test_a_finished_run_stays_finished_when_it_cannot_be_evaluated_anew(
     tiny_config, tmp_path, monkeypatch
 ):

@@ -7,7 +7,7 @@ from unittest.mock import NonCallableMock
 import numpy as np
 import pytest
 import torch
-from box_source import RENDER, BoxSource
+from box_source import BoxSource, box_module
 from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import LambdaCallback, ModelCheckpoint
 from torch.optim.lr_scheduler import CosineAnnealingLR
@@ -38,17 +38,12 @@ SETTINGS = {
 }
 
 
-def make_module(category, source, root, **settings):
-    module = FfdDataModule(category, source, root=root, **{**SETTINGS, **settings})
-    module.prepare_data()
-    module.setup()
-    return module
-
-
 def table_module(root, **settings):
     """Tables, on the prepared set that is there already."""
     settings |= {"render": RenderSettings(height=48, width=64, samples=1), "cloud_points": 256}
-    return make_module("table", ProceduralSource(24), root, **settings)
+    module = FfdDataModule("table", ProceduralSource(24), root=root, **(SETTINGS | settings))
+    module.setup()
+    return module
 
 
 @pytest.fixture(scope="module")
@@ -62,12 +57,8 @@ def tables(prepared, data_root):
 def make_boxes(tmp_path_factory):
     """Return a function that makes modules of boxes seen from two sides."""
     root = tmp_path_factory.mktemp("boxes")
-
-    def make(**settings):
-        settings |= {"render": RENDER, "cloud_points": 64, "prepare_workers": 1}
-        return make_module("box", BoxSource(10, root / "log"), root, **settings)
-
-    return make
+    source, usual = BoxSource(10, root / "log"), SETTINGS | {"prepare_workers": 1}
+    return lambda **settings: box_module(source, root, **(usual | settings))
 
 
 @pytest.fixture(scope="module")
@@ -75,18 +66,17 @@ def boxes(make_boxes):
     return make_boxes()
 
 
-def drawn_from(kind, module, ids, batch_size=BATCH, num_points=POINTS, seed=0, **share):
+def drawn_from(kind, module, ids, batch_size=BATCH, seed=0):
     rows = module.rows(ids)
-    return kind(rows, module.prepared, len(module.bank), batch_size, num_points, seed, **share)
+    return kind(rows, module.prepared, len(module.bank), batch_size, POINTS, seed)
 
 
 class Steps:
     """The batches of a training, by number."""
 
-    def __init__(self, module, seed=0, rank=0, world_size=1, batch_size=BATCH):
-        share = {"rank": rank, "world_size": world_size}
+    def __init__(self, module, seed=0):
         self.store, ids = module.store, module.split.train
-        self.indices = drawn_from(TrainingIndices, module, ids, batch_size, POINTS, seed, **share)
+        self.indices = drawn_from(TrainingIndices, module, ids, seed=seed)
 
     def __getitem__(self, step):
         return self.store.batch(self.indices[step])
@@ -149,23 +139,11 @@ def test_a_step_holds_what_the_prepared_set_holds_from_views_that_vary(boxes):
     assert views == set(itertools.product(boxes.rows(boxes.split.train).tolist(), (0, 1)))
 
 
-def test_devices_share_out_what_one_would_see(boxes):
-    whole = tensors(Steps(boxes, batch_size=8)[3])
-    for rank in range(4):
-        for name, share in tensors(Steps(boxes, 0, rank, 4, batch_size=8)[3]).items():
-            of_queries = name in ("rows", "images", "target_points")
-            assert torch.equal(share, whole[name][rank::4] if of_queries else whole[name])
-    for size in (5, 2):
-        with pytest.raises(ConfigError, match=rf"schedule\.batch_size={size} .* over 2 devices"):
-            Steps(boxes, world_size=2, batch_size=size)
-
-
 def test_every_shape_is_seen_once_in_each_pass(boxes):
-    rows, size = boxes.rows(boxes.split.train).tolist(), 4
-    assert len(rows) % size, "passes begin within batches"
-    indices = Steps(boxes, batch_size=size).indices
-    passes = torch.cat([indices[k].rows for k in range(len(rows))]).reshape(size, -1).tolist()
-    assert [sorted(p) for p in passes] == [rows] * size
+    rows, indices = boxes.rows(boxes.split.train).tolist(), Steps(boxes).indices
+    assert len(rows) % BATCH, "passes begin within batches"
+    passes = torch.cat([indices[k].rows for k in range(len(rows))]).reshape(BATCH, -1).tolist()
+    assert [sorted(p) for p in passes] == [rows] * BATCH
     assert len({tuple(p) for p in passes}) > 1, "in other orders"
 
 
@@ -251,7 +229,7 @@ def test_training_images_are_changed_with_their_masks(boxes, dark_boxes):
 
 
 def test_what_is_drawn_of_images_follows_from_seed_and_step(dark_boxes):
-    steps = list(Steps(dark_boxes)[k] for k in range(6))
+    steps = [Steps(dark_boxes)[k] for k in range(6)]
     torch.manual_seed(0)
     forth = seen(dark_boxes, steps)
     before = torch.get_rng_state()
@@ -260,11 +238,6 @@ def test_what_is_drawn_of_images_follows_from_seed_and_step(dark_boxes):
     assert torch.equal(torch.get_rng_state(), before), "nothing is drawn from others' numbers"
     seeds = [Steps(dark_boxes, seed)[step].seed for seed in (0, 1) for step in range(6)]
     assert len(set(seeds)) == 2 * 6
-    for rank in range(2):  # of two devices each changes a query's image as one would
-        with trained(dark_boxes, global_rank=rank, world_size=2):
-            (share,) = seen(dark_boxes, [Steps(dark_boxes, 0, rank, 2)[2]])
-        assert torch.equal(share.images, forth[2].images[rank::2])
-        assert torch.equal(share.mask, forth[2].mask[rank::2])
 
 
 def test_where_the_data_is_kept_changes_no_batch(make_boxes, dark_boxes, monkeypatch):

@@ -136,13 +136,6 @@ def test_fingerprint_follows_every_change(root):
     json.dumps(seen)
 
 
-def test_flat_shapes_share_the_textures_next_to_them(root):
-    mtl = "newmtl m\nmap_Kd x.png\n"
-    texture = png((5, 6, 7))
-    files = {"chair/m.obj": TEXTURED, "chair/m.mtl": mtl, "chair/textures/x.png": texture}
-    np.testing.assert_array_equal(load(write_folder(root, files)).face_colors, [[5, 6, 7, 255]])
-
-
 @pytest.mark.parametrize(
     "name", ["../../../secret.png", "{root}/../secret.png", "http://localhost:9/secret.png"]
 )

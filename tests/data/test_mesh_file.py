@@ -259,8 +259,7 @@ GOOD = {
     "n-gons": ("obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n", 3, 4.0),
     "concave": ("obj", CONCAVE + "f 1 2 3 4 5\n", 3, 3.0),
     "concave, backwards": ("obj", CONCAVE + "f 4 3 2 1 5\n", 3, 3.0),
-    "tabs, CR, comments": ("obj", "v\t0 0 0 # a\rv 1 0 0\rv 0 1 0\rf\t1 2 3 # b\r", 1, 0.5),
-    "indented": ("obj", TRIANGLE + "  f 1 2 3\n", 1, 0.5),
+    "tabs, CR, comments": ("obj", "v\t0 0 0 # a\rv 1 0 0\rv 0 1 0\r f\t1 2 3 # b\r", 1, 0.5),
     "v/vt/vn quad, v//vn hexagon": (
         "obj",
         FORMS + "f 1/1/1 2/1/1 3/1/1 4/1/1\n" + HEXAGON,

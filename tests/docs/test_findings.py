@@ -19,7 +19,7 @@ from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescriptio
 
 sys.path.insert(0, str(ROOT / "docs" / "tools"))
 import findings
-from claims import CLAIMS, FAILS, HOLDS, OPEN, differences, together
+from claims import CLAIMS, FAILS, HOLDS, OPEN, together
 
 
 def study(scores, shapes=40, categories=("sofa", "table"), seeds=(0, 1, 2), noise=0.002):
@@ -76,6 +76,7 @@ FEW = {"b": (0.05, 0.2, 2), "e": (0.05, 0.2, 8)}
         ("equal", like_b(w=(0.051, 0.2, 4), r=(0.052, 0.2, 4)), HOLDS),
         ("equal", like_b(r=(0.07, 0.2, 4)), FAILS),
         ("equal", like_b(r=(0.0551, 0.2, 4)), OPEN),  # the interval crosses the margin
+        ("equal", like_b(r=lambda _, seed: (0.04 if seed == 2 else 0.09, 0.2, 4)), OPEN),
         ("undeformed", like_b(r=(0.05, 0.1, 4)), HOLDS),
         ("undeformed", like_b(e=(0.05, 0.1, 4)), FAILS),
         ("undeformed", like_b(), OPEN),
@@ -95,33 +96,6 @@ FEW = {"b": (0.05, 0.2, 2), "e": (0.05, 0.2, 8)}
 )
 def test_verdicts_follow_their_rules(claim, scores, expected):
     assert word(claim, scores) == expected
-
-
-def test_a_difference_that_one_seed_contradicts_decides_nothing():
-    not_for_one = like_b(r=lambda _, seed: (0.04 if seed == 2 else 0.09, 0.2, 4))
-    assert word("equal", not_for_one) == OPEN
-    table = differences(study(not_for_one), [("r", "b")], ["chamfer"])
-    assert (table["difference"] > 0.01).all()
-    assert not table["differs"].any()
-
-
-SEVEN = ("sofa", "table", "chair", "lamp", "bench", "car", "plane")
-
-
-def test_with_one_seed_categories_are_the_trainings():
-    def of_some(category, _):
-        return (0.06 if category in ("plane", "car") else 0.04, 0.2, 8)
-
-    b = {"b": lambda *_: (0.045, 0.2, 4)}
-
-    def table(posterior):
-        made = study(b | {"posterior": posterior}, categories=SEVEN, seeds=(0,))
-        return differences(made, [("posterior", "b")], ["chamfer"])
-
-    assert table((0.04, 0.2, 8))["differs"].tolist() == [False] * 7 + [True]
-    assert not table(of_some)["differs"].any()
-    some = FEW | {"r": lambda category, _: (0.05, 0.2, 1 if category in SEVEN[:3] else 4)}
-    assert word("spread", some, categories=SEVEN, seeds=(0,)) == OPEN
 
 
 def test_pages_say_what_the_studies_say(tmp_path, monkeypatch):

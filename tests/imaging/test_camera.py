@@ -24,14 +24,6 @@ def test_points_fall_where_they_are_drawn():
         np.testing.assert_allclose([columns.max() + 1, rows.max() + 1], high, atol=1.01)
 
 
-def test_a_moved_camera_sees_moved_points_in_the_same_place():
-    points = np.random.default_rng(1).normal(size=(20, 3))
-    camera, center = Camera(10.0, 20.0, 9.0, 45.0, (0.5, 1.0, -1.0)), np.array([3.0, -2.0, 1.0])
-    before, _ = camera.pixels(points, 90, 120)
-    after, _ = camera.moved(center, 0.25).pixels((points - center) * 0.25, 90, 120)
-    np.testing.assert_allclose(after, before, atol=1e-9)
-
-
 def test_the_authors_camera_is_that_of_their_script():
     """At (0, 1, 0.6) in Blender's frame, 35 mm on 32 mm, of which the wider side is the image's."""
     with pytest.raises(ConfigError, match="camera=author must be one of"):
