@@ -10,8 +10,10 @@ os.environ.setdefault("OMP_NUM_THREADS", str(min(2, os.cpu_count() or 1)))
 os.environ.setdefault("MKL_DYNAMIC", "FALSE")  # MKL would take fewer where two share a core
 
 import jaxtyping
+import numpy as np
 import pytest
 import torch
+from PIL import Image
 
 from ffd_lightning import pretrained
 from ffd_lightning.app.build import build_data, build_network
@@ -50,6 +52,13 @@ TINY = (
 )
 FEW = "paper-points-64"
 """The name of the results of runs of this configuration."""
+
+
+def photo_in(folder):
+    """Write `photo.png`: something brown on white."""
+    picture = np.full((60, 80, 3), 255, np.uint8)
+    picture[20:45, 25:60] = (120, 60, 30)
+    Image.fromarray(picture).save(folder / "photo.png")
 
 
 @pytest.fixture(autouse=True)

@@ -1,7 +1,5 @@
 """Components are found, typed, built and known again; each kind of mistake has one message."""
 
-import os
-import subprocess
 import sys
 from dataclasses import dataclass, field
 from enum import Enum
@@ -11,14 +9,13 @@ from typing import Annotated, Literal
 import numpy as np
 import pytest
 import torch
+from commands import python
 from torch import nn
 
 from ffd_lightning import components
 from ffd_lightning.components import Component, Range, component, find, make, settings_of, typed
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.training.schedules import one_cycle
-
-ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
 
 
 @pytest.fixture(autouse=True)
@@ -164,7 +161,8 @@ def test_ours_stay_ours_where_a_plugin_imports_them_first(tmp_path):
 components.load_plugins(["early"])
 assert components.provider("protocol", "paper") == "ffd_lightning"
 """
-    subprocess.run([sys.executable, "-c", code], check=True, cwd=tmp_path, env=ENVIRONMENT)
+    done = python("-c", code, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
 
 
 def test_what_a_script_registers_is_its_own(monkeypatch):

@@ -4,11 +4,9 @@ import shutil
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 from commands import ROOT, in_one_process
-from conftest import FEW, TINY
-from PIL import Image
+from conftest import FEW, TINY, photo_in
 
 SETTINGS = (*TINY, "schedule.steps=2", "preparation.workers=1")
 REGIME = """\
@@ -49,9 +47,7 @@ def test_the_wheel_has_all_commands_and_works_from_any_folder(
     )
     assert theirs == ours, "the wheel has what the checkout has"
     shutil.copy(joint_checkpoint, installed / "ffd_lightning" / "pretrained" / "model.ckpt")
-    picture = np.full((60, 80, 3), 255, np.uint8)
-    picture[20:45, 25:60] = (120, 60, 30)
-    Image.fromarray(picture).save(tmp_path / "photo.png")
+    photo_in(tmp_path)
     own = ("--config-dir", "my_conf")
     commands = {
         ("train", "-m", *own, "regime=own", *SETTINGS, "callbacks.report=true"): "Scores",

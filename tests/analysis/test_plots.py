@@ -7,7 +7,7 @@ from statistics import mean, stdev
 import numpy as np
 import pandas as pd
 import pytest
-from analysis.made import PAPER
+from analysis.made import PAPER, run_samples
 from matplotlib import pyplot
 from PIL import Image
 
@@ -28,22 +28,20 @@ def _no_pyplot():
 
 
 def samples(*runs, count=7):
-    """Made-up samples; a run is (category, regime, templates, seed)."""
+    """Made-up samples; a run is (regime, templates)."""
     rng = np.random.default_rng(0)
     return pd.concat(
-        pd.DataFrame(
-            dict(zip(("category", "regime", "templates", "seed"), run, strict=True))
-            | {
-                "run": "/".join(map(str, run)),
-                "id": [f"m{k}" for k in range(count)],
-                "template": rng.choice([f"t{k}" for k in range(min(run[2], 3))], count),
-                "chamfer": rng.lognormal(-2, 1, count),
-                "undeformed_chamfer": rng.lognormal(0, 1, count),
-                "iou": rng.random(count),
-                "undeformed_iou": rng.random(count) / 2,
-            }
+        run_samples(
+            count,
+            regime,
+            templates=templates,
+            template=rng.choice([f"t{k}" for k in range(min(templates, 3))], count),
+            chamfer=rng.lognormal(-2, 1, count),
+            undeformed_chamfer=rng.lognormal(0, 1, count),
+            iou=rng.random(count),
+            undeformed_iou=rng.random(count) / 2,
         )
-        for run in runs
+        for regime, templates in runs
     )
 
 
@@ -69,7 +67,7 @@ def height(line, x):
 
 @pytest.mark.parametrize("measure", ["chamfer", "iou"])
 def test_a_curve_is_the_share_of_samples_that_are_better(measure):
-    table = samples(("sofa", "b", 4, 0), ("sofa", "e", 4, 0))
+    table = samples(("b", 4), ("e", 4))
     (axes,) = cumulative_curves(table, PAPER, measure).axes
     drawn = [line for line in axes.lines if len(line.get_xdata()) > 2]
     assert [line.get_linestyle() for line in drawn] == ["-", ":", "-", ":"]
@@ -82,7 +80,7 @@ def test_a_curve_is_the_share_of_samples_that_are_better(measure):
 
 
 def test_bars_are_the_sorted_counts_of_all_templates():
-    table = samples(("sofa", "b", 8, 0), ("sofa", "e", 3, 0), count=20)
+    table = samples(("b", 8), ("e", 3), count=20)
     panels = visible(selection_histograms(table))
     for panel, regime, count in zip(panels, "be", (8, 3), strict=True):
         selected = Counter(table.loc[table["regime"] == regime, "template"])
@@ -116,7 +114,7 @@ def test_points_are_means_over_seeds_and_bars_their_deviations():
 
 
 def test_figures_are_files_the_same_each_time_that_need_nothing(tmp_path):
-    figure = cumulative_curves(samples(("sofa", "b", 4, 0)), PAPER)
+    figure = cumulative_curves(samples(("b", 4)), PAPER)
     files = save_figure(figure, tmp_path / "new" / "plot")
     assert [file.name for file in files] == ["plot.png", "plot.pdf"]
     again = save_figure(figure, tmp_path / "again")

@@ -163,14 +163,14 @@ def test_masks_go_by_name(tmp_path):
     assert job.mask == tmp_path / "masks" / "a.bmp"
     (tmp_path / "masks" / "c.png").touch()
     (tmp_path / "masks" / "c.bmp").touch()
-    with pytest.raises(ConfigError, match=r"2 masks named c\.\*"):
-        find_jobs("c.png", str(tmp_path / "masks"), Path("o"))
-    with pytest.raises(ConfigError, match="the photograph itself"):
-        find_jobs(str(tmp_path / "masks" / "a.bmp"), str(tmp_path / "masks"), Path("o"))
-    with pytest.raises(ConfigError, match=r"no masks named b\.\*"):
-        find_jobs(["a.png", "b.png"], str(tmp_path / "masks"), Path("o"))
-    with pytest.raises(ConfigError, match="folder of masks"):
-        find_jobs(["a.png", "b.png"], "mask.png", Path("o"))
+    for images, mask, message in (
+        ("c.png", tmp_path / "masks", r"2 masks named c\.\*"),
+        (str(tmp_path / "masks" / "a.bmp"), tmp_path / "masks", "the photograph itself"),
+        (["a.png", "b.png"], tmp_path / "masks", r"no masks named b\.\*"),
+        (["a.png", "b.png"], "mask.png", "folder of masks"),
+    ):
+        with pytest.raises(ConfigError, match=message):
+            find_jobs(images, str(mask), Path("o"))
 
 
 def test_what_is_there_is_not_made_again(config, photos, monkeypatch):

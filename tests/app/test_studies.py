@@ -19,6 +19,7 @@ from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
 STUDIES = sorted((Path(__file__).parents[2] / "sweeps").glob("*.yaml"))
+OF_STUDIES = ("base=", "template_strategy")
 SHORT = ("beyond", "categories", "minutes", "photographs", "search")  # under schedule=quick
 
 
@@ -58,7 +59,7 @@ def test_the_studies_can_run_on_the_embedded_data(name, quick):
 
 def folders(sweep):
     """The folders of a sweep's first job: its own, and that of the ranking it reads."""
-    own = [x for x in sweep if x.startswith(("base=", "template_strategy"))]
+    own = [x for x in sweep if x.startswith(OF_STUDIES)]
     given = [*jobs([x for x in sweep if x not in own])[0], *own]
     with composed_job(*given) as composed:
         file = OmegaConf.select(composed, "template_strategy.file", default=None)
@@ -83,16 +84,9 @@ def test_a_later_stage_reads_what_the_first_wrote_whatever_the_user_adds(name, q
 
 def test_the_joint_network_is_trained_as_the_authors_train_theirs():
     ranks, joint = stages("joint", "encoder.weights=none")
+    alone = [[x for x in jobs(s)[0] if not x.startswith(OF_STUDIES)] for s in (ranks, joint)]
     first, last = (
-        typed_config(
-            compose_config(
-                "train",
-                TrainConfig,
-                [x for x in jobs(sweep)[0] if not x.startswith(("base=", "template_strategy"))],
-            ),
-            TrainConfig,
-        )
-        for sweep in (ranks, joint)
+        typed_config(compose_config("train", TrainConfig, own), TrainConfig) for own in alone
     )
     assert first.template_ranking.subset == "train"
     assert first.template_ranking.all_views

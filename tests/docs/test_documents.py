@@ -7,14 +7,13 @@ import re
 import shutil
 import sys
 
-import numpy as np
 import pytest
 import trimesh
 from commands import python
+from conftest import photo_in
 from docs.documents import PAGES, ROOT, blocks, commands, links, name
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import OmegaConf
-from PIL import Image
 
 from ffd_lightning.app.commands.evaluate import read_config
 from ffd_lightning.app.commands.sweep import Request
@@ -75,12 +74,6 @@ def test_links_lead_somewhere_and_every_picture_is_linked():
     pictures = {path for path in (ROOT / "docs").rglob("*") if path.suffix in PICTURES}
     assert sorted(map(name, pictures - linked)) == []
     assert [name(x) for x in pictures if x.stat().st_size > 3e5] == [], "they are small"
-
-
-def photo_in(folder):
-    picture = np.full((60, 80, 3), 255, np.uint8)
-    picture[20:45, 25:60] = (120, 60, 30)
-    Image.fromarray(picture).save(folder / "photo.png")
 
 
 def run_here(script, folder):

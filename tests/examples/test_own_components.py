@@ -5,28 +5,12 @@ import signal
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 from commands import ROOT, in_one_process, killed_training, python, run_command
-from PIL import Image
+from conftest import TINY, photo_in
 
-TINY = (
-    "data.num_points=256",
-    "data.render.height=48",
-    "data.render.width=64",
-    "data.render.samples=1",
-    "data.count=30",
-    "network.hidden=32",
-    "network.bottleneck=8",
-    "schedule.batch_size=4",
-    "schedule.num_points=64",
-    "trainer.checkpoint_every=2",
-    "schedule.steps=8",
-    "preparation.workers=1",
-    "trainer=cpu",
-    "trainer.progress_bar=false",
-    "callbacks.figure_examples=2",
-)
+NOT_THEIRS = ("category", "templates", "encoder", "data.num_models", "evaluation", "protocol")
+SMALL = ("data.count=30", *(x for x in TINY if not x.startswith(NOT_THEIRS)))
 OWN = (
     "data=boxes",
     "category=custom",
@@ -62,14 +46,14 @@ def packages(tmp_path_factory):
 def used(packages, tmp_path_factory):
     """Train with the package, killed on the way, resume, use the run: run, what commands left."""
     folder, path = tmp_path_factory.mktemp("work"), f"{ROOT}:{packages}"
-    killed = python("-c", killed_training(5), *OWN, *TINY, folder=folder, path=path)
+    killed = python("-c", killed_training(5), *OWN, *SMALL, folder=folder, path=path)
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     (checkpoint,) = folder.rglob("last.ckpt")
     before = checkpoint.stat().st_mtime_ns
     run = checkpoint.parents[1]
     measured = ("protocol=extents", "protocol.points=100", "evaluation.references=false")
     commands = {
-        "train": ("train", *OWN, *TINY),
+        "train": ("train", *OWN, *SMALL),
         "help": ("train", "--help", "all"),
         "mistake": ("train", "encoder=patches", "encoder.chanels=3"),
         "evaluate": ("evaluate", f"run={run}", *measured),
@@ -112,9 +96,7 @@ def test_predicts_from_the_checkpoint_alone(used, packages, tmp_path):
     run, _ = used
     checkpoint = tmp_path / "model.ckpt"
     checkpoint.write_bytes((run / "checkpoints" / "last.ckpt").read_bytes())
-    picture = np.full((60, 80, 3), 255, np.uint8)
-    picture[20:45, 25:60] = (120, 60, 30)
-    Image.fromarray(picture).save(tmp_path / "photo.png")
+    photo_in(tmp_path)
     words = ("predict", "run=model.ckpt", "image=photo.png", "preview=false", "points=50")
     done = python("-m", "ffd_lightning", *words, folder=tmp_path, path=f"{ROOT}:{packages}")
     assert done.returncode == 0, done.stderr

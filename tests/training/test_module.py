@@ -4,11 +4,7 @@ import pytest
 import torch
 from lightning import Trainer
 
-from ffd_lightning.app.build import regime
-from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.sources.procedural import ProceduralSource
-from ffd_lightning.imaging.augmentation import PhotoAugmentation
-from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.app.build import build_data, build_network, regime
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.losses.terms import Chamfer
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
@@ -33,24 +29,11 @@ def test_weights_of_the_offset_layer_have_a_rate_of_their_own():
         torch.testing.assert_close(before[name] - weights.detach(), torch.full_like(weights, step))
 
 
-def train(devices, data_root):
+def train(devices, cfg):
     """Train a few steps and return the weights."""
     torch.manual_seed(0)
-    data = FfdDataModule(
-        "table",
-        ProceduralSource(24),
-        root=data_root,
-        render=RenderSettings(height=48, width=64, samples=1),
-        cloud_points=256,
-        num_templates=2,
-        batch_size=8,
-        num_points=32,
-        augmentation=PhotoAugmentation(),
-        progress=False,
-    )
-    network = TemplateFfdNetwork(MobileNetV1(), (48, 64), 2, 64, bottleneck=8, hidden=32)
     objective = regime("e", "terms.offset_penalty.weight=1", annealing_steps=3)
-    module = FfdModule(network, objective)
+    module = FfdModule(build_network(cfg), objective)
     Trainer(
         accelerator="cpu",
         devices=devices,
@@ -62,14 +45,15 @@ def train(devices, data_root):
         enable_checkpointing=False,
         enable_progress_bar=False,
         enable_model_summary=False,
-    ).fit(module, datamodule=data)
+    ).fit(module, datamodule=build_data(cfg))
     return {name: value.double() for name, value in module.state_dict().items()}
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_two_devices_train_what_one_does(prepared, data_root):
+def test_two_devices_train_what_one_does(prepared, tiny_config):
     """Batch norm, the entropy of the batch and augmentation included."""
-    one, two = train(1, data_root), train(2, data_root)
+    cfg = tiny_config("schedule.batch_size=8", "augmentation=photo")
+    one, two = train(1, cfg), train(2, cfg)
     for name, value in one.items():
         # Lightning brings the weights of the other process back in float32.
         assert (value - two[name]).abs().max() <= 2e-7 * value.abs().max(), name
