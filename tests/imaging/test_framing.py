@@ -46,7 +46,6 @@ def on_colour(colour=(90, 130, 190), size=(240, 320), corner=(20, 90), height=19
     coverage = np.zeros(size, np.uint8)
     y, x = corner
     window = np.s_[y : y + image.shape[0], x : x + image.shape[1]]
-    photo[window] = photo[window][: size[0], : size[1]]
     part = image[: photo[window].shape[0], : photo[window].shape[1]].astype(float)
     # Over white it is c + (1 - a) 255, over another colour c + (1 - a) colour.
     photo[window] += part[..., :3] - 255 + part[..., 3:] / 255 * (255 - photo[window])
