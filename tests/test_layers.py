@@ -59,6 +59,29 @@ def test_imports_go_down_only_and_frameworks_stay_where_they_belong(path):
         assert "lightning" not in roots
 
 
+DATA = {
+    "categories": (),
+    "source": (),
+    "splits": ("categories",),
+    "reading": ("source",),
+    "sources": ("categories", "source", "reading"),
+    "preparation": ("categories", "source", "reading"),
+    "templates": ("categories", "source", "preparation"),
+    "batches": ("preparation", "templates"),
+    "twins": ("preparation",),
+    "datamodule": ("source", "splits", "preparation", "templates", "batches", "twins"),
+}
+
+
+def test_imports_within_data_go_one_way():
+    for path in (ROOT / "data").rglob("*.py"):
+        own = path.relative_to(ROOT / "data").parts[0].removesuffix(".py")
+        for name in imports(path):
+            if name.startswith("ffd_lightning.data."):
+                other = name.split(".")[2]
+                assert other == own or other in DATA[own], f"{path} imports {name}"
+
+
 def test_workers_of_the_preparation_do_not_load_torch():
     """Each worker process imports these; torch alone would cost it seconds and 200 MB."""
     seen, queue = set(), ["ffd_lightning.data.preparation.preparation"]

@@ -60,3 +60,11 @@ def test_seeds_are_compared_over_the_samples_both_have():
     assert table.loc["b", ["num_seeds", "num_pairs", "num_samples"]].tolist() == [3, 3, 7]
     assert table.loc["w", "num_pairs"] == 0
     assert np.isnan(table.loc["w", "adjusted_rand"])
+
+
+def test_other_templates_can_group_the_same():
+    first, second = run_samples("xxyz"), run_samples("ppqr", seed=1)
+    row = selection_stability(results(first, second)).iloc[0]
+    assert (row["adjusted_rand"], row["same_template"]) == (1, 0)
+    others = selection_stability(results(first, second.assign(id=list("pqrs")))).iloc[0]
+    assert others["num_pairs"] == 0, "of samples that both have"
