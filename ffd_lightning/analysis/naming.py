@@ -89,7 +89,7 @@ def _usual(settings: pd.DataFrame) -> dict[str, str]:
     """Return the values that more than half of the settings have, by key."""
     distinct = settings.drop_duplicates()
     counts = {key: distinct[key].value_counts() for key in distinct}
-    return {key: str(n.index[0]) for key, n in counts.items() if 2 * n.iloc[0] > len(distinct)}
+    return {key: str(n.index[0]) for key, n in counts.items() if 2 * n.max() > len(distinct)}
 
 
 def _told(values: pd.Series, usual: str | None) -> list[str]:

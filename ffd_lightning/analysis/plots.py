@@ -229,7 +229,14 @@ def template_count_curves(
             panel.minorticks_off()
             if len(categories) > 1:
                 panel.set_title(category)
-        panels[0].set_ylim(bottom=0)  # of all, as they share it: when all is drawn, or it cuts
+        # Of all, as they share it: when all is drawn, or it cuts.
+        if metric.higher_is_better:
+            panels[0].set_ylim(bottom=0)
+        else:  # templates as they are can be ten times as far as deformed ones
+            panels[0].set_yscale("log")
+            panels[0].yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            panels[0].yaxis.set_major_formatter("{x:g}")
+            panels[0].yaxis.set_minor_formatter(NullFormatter())
         titled = {regime_title(name): color for name, color in colors.items()}
         _label(figure, panels, "number of templates T", metric.scaled_title, titled)
     return figure

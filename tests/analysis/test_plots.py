@@ -109,7 +109,7 @@ def test_points_are_means_over_seeds_and_bars_their_deviations():
     far = table.assign(run="far", category="table", chamfer=10 * table["chamfer"])
     several = template_count_curves(pd.concat([table, far]), PAPER)
     low, high = several.axes[0].get_ylim()
-    assert low == 0
+    assert low < 1000 * table.groupby("templates")["chamfer"].mean().min()
     assert high > 1000 * far.groupby("templates")["chamfer"].mean().max(), "nothing is cut off"
 
 
