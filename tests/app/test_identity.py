@@ -1,5 +1,6 @@
 """Which runs are the same, and what their folders are called."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -172,3 +173,7 @@ def test_names_are_distinct_short_and_can_be_written():
         assert "/" not in name
         assert set(name) <= set("abcdefghijklmnopqrstuvwxyz0123456789_.-")
     assert names == [folder(*x).removeprefix("chair/b/t16/") for x in DISTINCT], "always the same"
+
+
+def test_what_cannot_be_run_has_a_folder_of_its_own():
+    assert re.fullmatch(r"chair/b/t16/seed0_invalid-\w{6}", folder("network.degrees=[3,3]"))
