@@ -346,26 +346,33 @@ def run_hydra(
     prepare_hydra(schema, given)
     overrides = _for_hydra(args.overrides, schema, several=args.multirun)
     if not (args.hydra_help or args.info):
-        from ffd_lightning.app.identity import without_suffix
-
-        every = jobs(overrides)
-        composed = compose_config(name, schema, every[0], args.config_dir)
-        first = without_suffix(OmegaConf.to_container(composed))
-        typed_config(first, schema)
-        # Composing each job would take most of a second.
-        for text in sorted({x for job in every for x in job} - {*every[0]}):
-            override = OverridesParser.create().parse_override(text)
-            if not (chooses(override) or override.is_delete()):
-                changed = OmegaConf.create(first)
-                key, value = override.key_or_group, without_suffix(override.value())
-                OmegaConf.update(changed, key, value, merge=False, force_add=True)
-                typed_config(changed, schema)
+        _check_jobs(name, schema, overrides, args.config_dir)
     spelled = dict(zip(args.overrides, overrides, strict=True))
     sys.argv[1:] = [spelled.get(argument, argument) for argument in given]
     # Hydra names the log after the function's module: the command's, not functools.
     job = update_wrapper(partial(_job, schema, run, counted), run)
     main = hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=name)
     main(job)()
+
+
+def _check_jobs(
+    name: str, schema: type[Any], overrides: Sequence[str], config_dir: str | None
+) -> None:
+    """Raise a ConfigError if the first job, or a value that another has, does not fit."""
+    from ffd_lightning.app.identity import without_suffix
+
+    first, *others = jobs(overrides)
+    composed = OmegaConf.to_container(compose_config(name, schema, first, config_dir))
+    settings = without_suffix(composed)
+    typed_config(settings, schema)
+    # Composing each job would take most of a second.
+    for text in sorted({x for job in others for x in job} - {*first}):
+        override = OverridesParser.create().parse_override(text)
+        if not (chooses(override) or override.is_delete()):
+            changed = OmegaConf.create(settings)
+            key, value = override.key_or_group, without_suffix(override.value())
+            OmegaConf.update(changed, key, value, merge=False, force_add=True)
+            typed_config(changed, schema)
 
 
 def _job(schema: type[Any], run: Callable[[Any], Any], counted: bool, cfg: DictConfig) -> Any:

@@ -19,7 +19,7 @@ from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescriptio
 
 sys.path.insert(0, str(ROOT / "docs" / "tools"))
 import findings
-from claims import CLAIMS, FAILS, HOLDS, OPEN, together
+from claims import CLAIMS, FAILS, HOLDS, OPEN, differences, together
 
 
 def study(scores, shapes=40, categories=("sofa", "table"), seeds=(0, 1, 2), noise=0.002):
@@ -96,6 +96,25 @@ FEW = {"b": (0.05, 0.2, 2), "e": (0.05, 0.2, 8)}
 )
 def test_verdicts_follow_their_rules(claim, scores, expected):
     assert word(claim, scores) == expected
+
+
+SEVEN = ("sofa", "table", "chair", "lamp", "bench", "car", "plane")
+
+
+def test_with_one_seed_categories_are_the_trainings():
+    def of_some(category, _):
+        return (0.06 if category in ("plane", "car") else 0.04, 0.2, 8)
+
+    b = {"b": lambda *_: (0.045, 0.2, 4)}
+
+    def table(posterior):
+        made = study(b | {"posterior": posterior}, categories=SEVEN, seeds=(0,))
+        return differences(made, [("posterior", "b")], ["chamfer"])
+
+    assert table((0.04, 0.2, 8))["differs"].tolist() == [False] * 7 + [True]
+    assert not table(of_some)["differs"].any()
+    some = FEW | {"r": lambda category, _: (0.05, 0.2, 1 if category in SEVEN[:3] else 4)}
+    assert word("spread", some, categories=SEVEN, seeds=(0,)) == OPEN
 
 
 def test_pages_say_what_the_studies_say(tmp_path, monkeypatch):

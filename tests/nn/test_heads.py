@@ -1,6 +1,26 @@
 import torch
+from torch import nn
 
-from ffd_lightning.nn.heads import ConditionedHeads
+from ffd_lightning.nn.heads import ConditionedHeads, TemplateHeads
+
+
+def test_table_1_sizes():
+    """Offsets are laid out template by template."""
+    heads = TemplateHeads(256, (6, 8), num_templates=30, num_control_points=64)
+    nn.init.zeros_(heads.offsets.weight)
+    with torch.no_grad():
+        heads.offsets.bias.copy_(torch.arange(30 * 192))
+    features = torch.randn(2, 256, 6, 8)
+    assert heads.bottleneck(features).shape == (2, 64, 6, 8)
+    dense = next(m for m in heads.shared if isinstance(m, nn.Linear))
+    assert (dense.in_features, dense.out_features) == (3072, 512)
+    per_template = (heads.offsets.out_features + heads.logits.out_features) / 30
+    assert per_template == 192 + 1
+    logits, offsets = heads(heads.hidden(features))
+    assert logits.shape == (2, 30)
+    assert torch.equal(
+        offsets, torch.arange(30.0 * 192).reshape(1, 30, 64, 3).expand(2, -1, -1, -1)
+    )
 
 
 def test_conditioned_heads_take_any_templates_in_any_order():
