@@ -9,6 +9,7 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 os.environ.setdefault("OMP_NUM_THREADS", str(min(2, os.cpu_count() or 1)))
 os.environ.setdefault("MKL_DYNAMIC", "FALSE")  # MKL would take fewer where two share a core
 
+import hypothesis
 import jaxtyping
 import numpy as np
 import pytest
@@ -25,6 +26,9 @@ from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.run_folder import RunFolder
+
+hypothesis.settings.register_profile("any machine", deadline=None, derandomize=True, database=None)
+hypothesis.settings.load_profile("any machine")
 
 TINY = (
     "category=table",

@@ -146,7 +146,8 @@ class ListedSplit:
             `synsetId` may choose the rows (ShapeNet's `all.csv`); or a folder of `train.lst`,
             `val.lst`, `test.lst` (or .txt), where `<synset>/` in it is taken first (occupancy
             networks'); a longer name must have one of the three as a word, as `train_split.lst`
-            has. A subset is train, val or test. Of an id with slashes the last name counts.
+            has. A subset is train, val or test. Of an id with slashes the last name counts, and
+            categories before it choose the rows.
     """
 
     def __init__(self, file: str | Path) -> None:
@@ -164,7 +165,15 @@ class ListedSplit:
                 listed = _read_table(text, synset) if "split" in columns else _read_lines(text)
         except (OSError, ValueError, KeyError, AttributeError) as error:
             raise ConfigError(f"split.file={self.file} cannot be read: {error}") from None
-        found = {name.strip().rstrip("/").rsplit("/", 1)[-1]: listed[name] for name in listed}
+        found: dict[str, str] = {}
+        others = {*SYNSETS, *SYNSETS.values()} - {shapes.category, synset}
+        for name, subset in listed:
+            *folders, shape_id = name.strip().rstrip("/").split("/")
+            if others.intersection(folders):  # categories share ids
+                continue
+            if found.setdefault(shape_id, subset) != subset:
+                both = f"{found[shape_id]} and {subset}"
+                raise ConfigError(f"split.file={self.file} has {shape_id!r} twice: in {both}")
         if not found.keys() & {*shapes.ids, *shapes.rejected}:
             others = f"it has {next(iter(found))!r}, say, where " if found else ""
             raise ConfigError(
@@ -219,36 +228,35 @@ def _position(shape_id: str) -> float:
     return int(hashlib.sha256(shape_id.encode()).hexdigest()[:13], 16) / 16**13
 
 
-def _read_lines(text: str) -> dict[str, str]:
+def _read_lines(text: str) -> list[tuple[str, str]]:
     rows = [row for line in text.splitlines() if (row := re.split(r"[,\s]+", line.strip())) != [""]]
     if rows and all(len(row) == 1 for row in rows):
-        return {row[0]: "test" for row in rows} | {"*": "train"}
+        return [(row[0], "test") for row in rows] + [("*", "train")]
     for row in rows:
         if len(row) != 2:
             raise ValueError(f"{' '.join(row)!r} is not `<id> <subset>`")
-    return {name: subset for name, subset in rows}
+    return [(name, subset) for name, subset in rows]
 
 
-def _read_table(text: str, synset: str) -> dict[str, str]:
+def _read_table(text: str, synset: str) -> list[tuple[str, str]]:
     rows = list(csv.DictReader(text.splitlines(), skipinitialspace=True))
     key = next((k for k in _ID_COLUMNS if rows and k in rows[0]), None)
     if key is None:
         raise ValueError(f"it needs the columns `split` and one of {', '.join(_ID_COLUMNS)}")
     # Numbers lose their leading zeros in many a table.
     own = [row for row in rows if row.get("synsetId", synset).zfill(8) == synset.zfill(8)]
-    return {row[key]: row["split"].strip() for row in own}
+    return [(row[key], row["split"].strip()) for row in own]
 
 
-def _read_folder(folder: Path, synset: str) -> dict[str, str]:
-    found: dict[str, str] = {}
+def _read_folder(folder: Path, synset: str) -> list[tuple[str, str]]:
+    found: list[tuple[str, str]] = []
     for top in (folder / synset, folder):
         files = [file for file in sorted(top.glob("*.*")) if file.suffix in (".lst", ".txt")]
         for subset, file in ((subset, file) for subset in SUBSETS for file in files):
             stem = re.split("[^a-z]+", file.stem.lower())
             words = {"val" if word in ("valid", "validation") else word for word in stem}
             if words & set(SUBSETS) == {subset}:  # not trainval.lst, say
-                names = file.read_text(encoding="utf-8-sig").split()
-                found |= dict.fromkeys(names, subset)
+                found += [(name, subset) for name in file.read_text("utf-8-sig").split()]
         if found:
             break
     return found

@@ -346,7 +346,7 @@ WHOLE = {
 }
 
 
-@settings(max_examples=200, derandomize=True, database=None, deadline=None)
+@settings(max_examples=200)
 @given(
     st.sampled_from(list(WHOLE)),
     st.integers(0, 500),

@@ -97,6 +97,7 @@ FORMS = {
         **{"train.lst": "a\nb", "test.lst": "c\nd", "trainval.lst": "a\nb\ne"},
         **{"train_val.lst": "a\nb\ne", "latest.txt": "a\nb"},
     },
+    "all.txt": "04379243/a test\nchair/a train\n03001627/b train\nc test\nd test\ntable/d train\n",
     "shape_id.csv": "shape_id, split\na, train\nb, train\nc, test\nd, test\n",
 }
 
@@ -127,6 +128,7 @@ def test_lists_that_cannot_be_used(tmp_path):
         ("s.txt", "", "lists no shapes of chair"),
         ("s.txt", "a.obj\n", "it has 'a.obj', say, where these are called 'a' and so on"),
         ("s.txt", "a train\nb dev\n", "'dev' for one of train, val, test"),
+        ("s.txt", "x/a train\na test\n", "has 'a' twice: in train and test"),
         ("s.txt", "a train\nb\n", "cannot be read: 'b' is not `<id> <subset>`"),
         ("s.csv", "id,synsetId,split\na,04379243,train\n", "lists no shapes of chair"),
         ("s.csv", "name,split\na,train\n", "needs the columns .* shape_id"),
