@@ -222,11 +222,35 @@ def best_in(name: str, only: Sequence[str], regime: str, measure: str) -> str:
     """Say in how many categories a regime is the best of several, and in which it is not."""
     runs = per_run(study(name).where(regime=only))
     table = runs.pivot_table(measure, "category", "regime", sort=False)
-    best = table.idxmax(axis=1) if _COLUMNS[measure][0].endswith("↑") else table.idxmin(axis=1)
+    best = table.idxmax(axis=1) if _higher(measure) else table.idxmin(axis=1)
     others = sorted(best.index[best != regime])
     if not others:
         return f"all {len(best)} categories"
     return f"{len(best) - len(others)} of {len(best)} categories (all but {', '.join(others)})"
+
+
+def orders(
+    studies: Mapping[str, str],
+    only: Sequence[str],
+    measures: Sequence[str],
+    categories: Sequence[str],
+) -> str:
+    """Return regimes from the best to the worst, a row per category and measure, a study beside."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for name in studies.values():
+        runs = per_run(study(name).where(regime=only, category=categories))
+        means = runs.groupby(["category", "regime"])[list(measures)].mean()
+        for category in categories:
+            for measure in measures:
+                values = means.loc[category, measure].sort_values(ascending=not _higher(measure))
+                row = found.setdefault((category, measure), [category, _COLUMNS[measure][0]])
+                row.append(", ".join(values.index))
+    return _table(["category", "", *studies], found.values())
+
+
+def _higher(measure: str) -> bool:
+    """Return whether more of a measure is better."""
+    return _COLUMNS[measure][0].endswith("↑")
 
 
 def course(name: str, only: Sequence[str], column: str, steps: Sequence[int]) -> str:
@@ -242,8 +266,11 @@ def course(name: str, only: Sequence[str], column: str, steps: Sequence[int]) ->
 
 
 @cache
-def _differences(name: str, pairs: tuple[Any, ...], measures: tuple[str, ...]) -> pd.DataFrame:
-    return differences(study(name), pairs, measures)
+def _differences(
+    name: str, pairs: tuple[Any, ...], measures: tuple[str, ...], categories: tuple[str, ...] = ()
+) -> pd.DataFrame:
+    part = study(name).where(category=categories) if categories else study(name)
+    return differences(part, pairs, measures)
 
 
 def _changes(table: pd.DataFrame, measures: Sequence[str]) -> str:
@@ -254,9 +281,14 @@ def _changes(table: pd.DataFrame, measures: Sequence[str]) -> str:
     return _table(_headings(measures, ""), rows)
 
 
-def changes(name: str, pairs: Iterable[Sequence[str]], measures: Sequence[str]) -> str:
-    """Return a table of differences a - b, mean over categories."""
-    table = _differences(name, tuple(map(tuple, pairs)), tuple(measures))
+def changes(
+    name: str,
+    pairs: Iterable[Sequence[str]],
+    measures: Sequence[str],
+    categories: Sequence[str] = (),
+) -> str:
+    """Return a table of differences a - b, mean over some categories, or all."""
+    table = _differences(name, tuple(map(tuple, pairs)), tuple(measures), tuple(categories))
     return _changes(overall(table), measures)
 
 
@@ -508,7 +540,7 @@ def labels(name: str) -> str:
 def with_references(name: str, only: Sequence[str], columns: Sequence[str]) -> str:
     """Return a table of regimes' mean scores, the best in bold, and of what to hold them to."""
     runs = per_run(study(name).where(regime=only))
-    lower = {column: not _COLUMNS[column][0].endswith("↑") for column in columns}
+    lower = {column: not _higher(column) for column in columns}
     lower.pop("effective_templates", None)  # neither more nor fewer is better
     means = runs.groupby("regime")[list(columns)].mean().loc[list(only)]
     best = {c: means[c].idxmin() if low else means[c].idxmax() for c, low in lower.items()}
@@ -590,7 +622,7 @@ def environment() -> Environment:
 
 
 _FUNCTIONS: tuple[Callable[..., str], ...] = (
-    *(setup, scores, versions, seeds_of, by_category, best_in, course),
+    *(setup, scores, versions, seeds_of, by_category, best_in, orders, course),
     *(changes, change, changes_in, counts, versus, against),
     *(verdicts, words, claim, stability, same_template, right_category),
     *(budgets, budgets_mean, labels, figure, differ, beside_retrieval),

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import torch
 from lightning import Trainer, seed_everything
-from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.utilities import rank_zero_only
 
 from ffd_lightning.app import identity
@@ -55,6 +54,7 @@ from ffd_lightning.training.callbacks import (
     TemplateSelection,
     example_rows,
 )
+from ffd_lightning.training.checkpoints import Checkpoints, WholeFiles
 from ffd_lightning.training.module import FfdModule
 from ffd_lightning.training.tensorboard import StepLogger
 
@@ -297,7 +297,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
         Reconstructions(
             figures.figure_examples, figures.training_examples, figures.training_figures, name
         ),
-        ModelCheckpoint(
+        Checkpoints(
             dirpath=run.checkpoint.parent,
             filename=run.checkpoint.stem,
             every_n_train_steps=cfg.trainer.checkpoint_every,
@@ -323,6 +323,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
         log_every_n_steps=cfg.logger.every,
         logger=logger if cfg.logger.tensorboard else False,
         callbacks=callbacks,
+        plugins=WholeFiles(),
         use_distributed_sampler=False,
         enable_progress_bar=False,  # ours is `Progress`
         enable_model_summary=False,
