@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import time
 from collections.abc import Mapping
@@ -56,7 +57,7 @@ class RunFolder:
         if not run.path.exists():
             raise ConfigError(f"there is no run {run.path}")
         if not run.config.is_file():
-            below = [cls(file.parent) for file in run.path.rglob("config.yaml")]
+            below = find_runs(run.path)
             below.sort(key=lambda run: (not run.checkpoint.is_file(), run.path))  # trained first
             hint = f": is {below[0].path} meant?" if below else ""
             raise ConfigError(f"{run.path} is not a run folder: it has no config.yaml{hint}")
@@ -184,4 +185,12 @@ class RunFolder:
 
 def find_runs(root: str | Path) -> list[RunFolder]:
     """Return all run folders below a path, in order of their names."""
-    return [RunFolder(path.parent) for path in sorted(Path(root).rglob("config.yaml"))]
+    top, seen, found = os.path.realpath(root), set(), []
+    for folder, below, files in os.walk(root, followlinks=True):
+        real = os.path.realpath(folder)
+        if real in seen or (os.path.islink(folder) and real.startswith(f"{top}{os.sep}")):
+            below.clear()  # a link to what is found without
+            continue
+        seen.add(real)
+        found += [Path(folder)] if "config.yaml" in files else []
+    return [RunFolder(path) for path in sorted(found)]

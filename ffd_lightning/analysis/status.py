@@ -27,12 +27,12 @@ def run_status(run: RunFolder) -> dict[str, object]:
     state = str(status.get("state", "interrupted"))
     state = "running" if run.at_work else "interrupted" if state == "running" else state
     share = 1.0 if state == "finished" else None
-    if progress and state != "finished":
-        done = progress["done"]
-        if progress["phase"] == "evaluating":  # the samples that are scored
+    if state != "finished":
+        done, total = progress.get("done", 0), progress.get("total")
+        if progress.get("phase") == "evaluating":  # the samples that are scored
             files = (run.path / "evaluation").rglob("samples.partial")
             done = max((len(f.read_text("utf-8").splitlines()) - 1 for f in files), default=0)
-        share = done / progress["total"] if progress["total"] else None
+        share = done / total if total else None
     return {
         "run": str(run.path),
         "state": state,

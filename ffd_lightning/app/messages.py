@@ -42,7 +42,8 @@ def shown(main: Callable[[], object]) -> None:
         print(f"error: {error.filename}: {error.strerror}", file=sys.stderr)
         sys.exit(1)
     except KeyboardInterrupt:
-        print("interrupted: the same command resumes where it stopped", file=sys.stderr)
+        without = ", without restart=true," if "restart=true" in sys.argv else ""
+        print(f"interrupted: the same command{without} resumes where it stopped", file=sys.stderr)
         sys.exit(130)
     finally:
         os.environ.pop("HYDRA_FULL_ERROR", None)

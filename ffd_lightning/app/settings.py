@@ -28,7 +28,7 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
     given: dict[str, Any] = {}
     for argument in arguments:
         key, equals, value = argument.partition("=")
-        if not equals:
+        if not equals or (main and not key.replace(".", "").isidentifier()):  # a path with "="
             if not main or main in given:
                 hint = f"write {main or next(iter(known))}={argument}, say"
                 raise ConfigError(f"{argument!r} is no setting: {hint}")

@@ -60,9 +60,10 @@ class Search:
             raise ValueError("parameters must name settings and their bounds")
 
     @property
-    def first(self) -> list[str]:
-        """Overrides with the least value of each setting."""
-        return [f"{key}={bounds.low!r}" for key, bounds in self.parameters.items()]
+    def ends(self) -> list[list[str]]:
+        """Overrides with the least value of each setting, and with the greatest."""
+        bounds = [(key, (b.low, b.high)) for key, b in self.parameters.items()]
+        return [[f"{key}={ends[k]!r}" for key, ends in bounds] for k in (0, 1)]
 
 
 @dataclass(frozen=True)

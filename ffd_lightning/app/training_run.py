@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -102,7 +103,8 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         except Exception as error:
             if not trained:
                 name = "" if isinstance(error, UserError) else f"{type(error).__name__}: "
-                run.set_status("failed", reason=f"{name}{error}")
+                with suppress(OSError):  # of a full disk: the first error is the one to show
+                    run.set_status("failed", reason=f"{name}{error}")
             raise
         run.set_status("finished", steps=cfg.schedule.steps, evaluation=asked, summary=summary)
         (run.path / "progress.json").unlink(missing_ok=True)

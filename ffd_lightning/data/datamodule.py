@@ -18,6 +18,7 @@ from lightning import LightningDataModule, Trainer
 from numpy.typing import NDArray
 from torch.utils.data import DataLoader, Dataset, Sampler
 
+from ffd_lightning.components import check_ranges
 from ffd_lightning.data.batches import (
     Batch,
     BatchIndices,
@@ -299,6 +300,7 @@ class FfdDataModule(LightningDataModule):
         progress: bool = True,
     ) -> None:
         super().__init__()
+        check_ranges(locals(), num_templates="(0, inf)", batch_size="(0, inf)")
         names = (categories,) if isinstance(categories, str) else tuple(categories)
         if not names or len(set(names)) < len(names):
             raise ConfigError(f"categories={list(names)} must name one or more, and none twice")

@@ -269,11 +269,14 @@ def _reference_rows(
     deciding = ("format", "protocol", "templates", "max_edge", "trained_on", "seed")
     key = digest_of([*(settings[name] for name in deciding), prepared.digest, bank_digest(bank)])
     samples = {(prepared.ids[s.row], 0): s for s in evaluated.tested_on.samples(all_views=False)}
-    shared = options.shared
-    place = shared if shared is not None and os.access(shared.parent, os.W_OK) else folder
-    place.mkdir(exist_ok=True)
-    file = place / f"references-{key[:20]}.jsonl"
-    with FileLock(file.with_suffix(".lock")), Journal(file, key, options.restart) as journal:
+    name, shared = f"references-{key[:20]}", options.shared
+    file, lock = folder / f"{name}.jsonl", folder / f"{name}.lock"
+    if shared is not None:
+        of_all = [shared, shared / file.name, shared / lock.name]
+        if all(os.access(x if x.exists() else x.parent, os.W_OK) for x in of_all):  # not another's
+            shared.mkdir(exist_ok=True)
+            _, file, lock = of_all
+    with FileLock(lock), Journal(file, key, options.restart) as journal:
         if samples.keys() <= journal.rows.keys():
             return {name: journal.rows[name, 0] for name, _ in samples}
         free = NetworkFree(bank, evaluated.trained_on, options.seed)

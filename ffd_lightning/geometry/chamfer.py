@@ -34,6 +34,8 @@ def chamfer_distance(
     >>> chamfer_distance(torch.zeros(1, 3), torch.tensor([[0.0, 0, 3], [0, 0, 1]]))
     tensor(11.)
     """
-    reduce = {"sum": torch.sum, "mean": torch.mean}[reduction]
+    if reduction not in ("sum", "mean"):
+        raise ValueError(f"reduction={reduction!r} must be 'sum' or 'mean'")
+    reduce = torch.sum if reduction == "sum" else torch.mean
     nearest = nearest_neighbors(pred_points, target_points)
     return reduce(nearest.a_to_b, -1) + reduce(nearest.b_to_a, -1)

@@ -66,7 +66,7 @@ def flat_axes(size: Float[Tensor, "*batch 3"]) -> Bool[Tensor, "*batch 3"]:
     return size <= torch.finfo(size.dtype).eps * size.amax(-1, keepdim=True)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # tensors have no one answer to ==
 class Lattice:
     """An axis-aligned box with a regular grid of control points; conventions are the module's.
 

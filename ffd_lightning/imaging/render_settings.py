@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_type_hints
 
 import numpy as np
 
@@ -47,8 +47,9 @@ class RenderSettings:
     samples: Annotated[int, Range("(0, inf)")] = 3
 
     def __post_init__(self) -> None:
-        """Refuse no images at all, and an unknown camera."""
-        typed(Literal["framed", "authors"], self.camera, "camera")
+        """Refuse no images at all, and a value out of its range."""
+        for name, hint in get_type_hints(type(self), include_extras=True).items():
+            typed(hint, getattr(self, name), name)
         if not self.azimuths and not self.random_views:
             raise ValueError("azimuths=[] needs an angle at least, or random_views a view")
 

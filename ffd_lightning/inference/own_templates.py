@@ -151,7 +151,7 @@ def of_meshes(
     if files := [name for name, given in meshes.items() if isinstance(given, str | Path)]:
         raise ConfigError(f"templates: {files[0]} is a file: give files as a list, without names")
     points, usable, rejected = model.bank.points.shape[1], {}, {}
-    for name, given in meshes.items():
+    for name, given in ((str(name), given) for name, given in meshes.items()):
         try:
             mesh = orient(given if isinstance(given, Mesh) else mesh_of(given, name), up, yaw)
             TemplateBank.of_meshes({name: mesh}, num_points=1)

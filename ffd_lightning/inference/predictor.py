@@ -180,8 +180,10 @@ class Predictor:
 
         Template weights are their geometric mean over the photographs, scaled to add up to 1,
         offsets the mean; colours and viewpoint are of the first.
-        Arguments and errors are those of `predict_framed`.
+        Arguments and errors are those of `predict_framed`, but one photograph there must be.
         """
+        if not photos:
+            raise ConfigError("there are no photographs")
         if category is not None:
             self.model.templates_of(category)
         weights, offsets, sides = self._outputs(photos)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -47,11 +47,11 @@ class Reconstruction:
             of the training images, where all have one; () where nothing is known.
     """
 
-    photo: FramedPhoto
-    bank: TemplateBank
-    weights: NDArray[np.float32]
-    offsets: NDArray[np.float32]
-    categories: tuple[str, ...]
+    photo: FramedPhoto = field(repr=False)
+    bank: TemplateBank = field(repr=False)
+    weights: NDArray[np.float32] = field(repr=False)
+    offsets: NDArray[np.float32] = field(repr=False)
+    categories: tuple[str, ...] = field(repr=False)
     category: str
     index: int
     viewpoints: tuple[Viewpoint, ...] = ()

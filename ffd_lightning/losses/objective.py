@@ -11,7 +11,7 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
-from ffd_lightning.components import typed
+from ffd_lightning.components import check_ranges, typed
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.ffd import TemplateSample
 from ffd_lightning.losses.selection import Selection, Teaching, WeightedCosts
@@ -41,6 +41,7 @@ class WeightedTerm:
 
     def __post_init__(self) -> None:
         typed(Annealing, self.annealing, "annealing")
+        check_ranges(vars(self), annealing_steps="(0, inf]")
 
     def weight_at(self, step: int) -> float:
         """Return the weight at a step, counted from 0.

@@ -21,7 +21,7 @@ def chamfer(pred_points: NDArray[np.floating], target_points: NDArray[np.floatin
     Clouds are (N, 3) and (M, 3); the value is in their unit squared.
 
     Raises:
-        ValueError: a cloud is empty or not finite.
+        ValueError: a cloud is empty, not finite or no cloud.
 
     Source: the paper's equation 1 and section 5.1 (for N = M the sum divided by N).
 
@@ -29,6 +29,8 @@ def chamfer(pred_points: NDArray[np.floating], target_points: NDArray[np.floatin
     6.0
     """
     pred, target = (torch.from_numpy(np.array(x, float)) for x in (pred_points, target_points))
+    if pred.ndim != 2 or target.ndim != 2:
+        raise ValueError(f"{tuple(pred.shape)} and {tuple(target.shape)} are no clouds of points")
     found = nearest_neighbors(pred, target)
     value = float(found.a_to_b.numpy().mean() + found.b_to_a.numpy().mean())
     if not np.isfinite(value):

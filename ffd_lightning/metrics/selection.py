@@ -33,7 +33,7 @@ def adjusted_rand(a: ArrayLike, b: ArrayLike) -> float:
 
     Either has a template (number or name) for each of n >= 2 samples, (n,). 1 for the same groups,
     0 on average for groups drawn at random with the same sizes, never below -0.5. Only the groups
-    count, not the names: the templates of the two may be different ones.
+    count, not the names: the templates of the two may be different ones. Else a ValueError.
 
     Source: Hubert and Arabie, Comparing partitions, Journal of Classification 2 (1985).
 
@@ -42,6 +42,8 @@ def adjusted_rand(a: ArrayLike, b: ArrayLike) -> float:
     >>> adjusted_rand([0, 0, 1, 1], [0, 1, 0, 1])
     -0.5
     """
+    if np.shape(a) != np.shape(b) or np.ndim(a) != 1:
+        raise ValueError(f"the runs have {np.shape(a)} and {np.shape(b)} samples, not (n,) alike")
     rows, columns = (np.unique(x, return_inverse=True)[1] for x in (a, b))
     cells = rows * (columns.max() + 1) + columns
     both, first, second = (

@@ -15,6 +15,7 @@ from torch import Tensor, nn
 
 from ffd_lightning.components import Component, check_ranges
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.geometry import ffd
 from ffd_lightning.geometry.ffd import Degrees, TemplateSample, mirrored_offsets
 from ffd_lightning.nn.consensus import consensus_logits
 from ffd_lightning.nn.encoders.base import ImageEncoder
@@ -66,7 +67,7 @@ def standardize(
     tensor([-1.,  1.])
     """
     values = images.to(torch.promote_types(images.dtype, torch.float32))
-    size = values[0].numel()
+    size = math.prod(values.shape[1:])
     # Two reductions: `torch.std_mean` is many times slower on a CPU. The norm of the rows' norms:
     # added up in one go, so many squares are off by a thousandth in float32.
     centred = values - values.mean(dim=(1, 2, 3), keepdim=True)
@@ -134,7 +135,13 @@ class TemplateFfdNetwork(nn.Module):
         viewpoint: bool = False,
     ) -> None:
         super().__init__()
-        check_ranges(locals(), num_templates="(0, inf)", min_weight="[0, 1]", shrink="(0, inf)")
+        check_ranges(locals(), num_templates="(0, inf)", num_control_points="(0, inf)")
+        check_ranges(locals(), bottleneck="(0, inf)", hidden="(0, inf)", shrink="(0, inf)")
+        check_ranges(locals(), min_weight="[0, 1]", offset_std="[0, inf)")
+        check_ranges(locals(), batch_norm_momentum="[0, 1]")
+        if mirror_degrees and ffd.num_control_points(mirror_degrees) != num_control_points:
+            points = ffd.num_control_points(mirror_degrees)
+            raise ValueError(f"mirror_degrees are of {points} control points, not the network's")
         self.mirror_degrees = mirror_degrees
         self.image_size, self.shrink = tuple(image_size), shrink
         self.num_templates, self.num_control_points = num_templates, num_control_points

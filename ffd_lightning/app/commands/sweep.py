@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -98,8 +99,9 @@ def run_study(request: Request) -> int:
     name = value_of("name", request.overrides, f"{stem}-quick" if request.quick else stem)
     overrides = ["callbacks.report=false", *request.overrides]  # one at the end instead
     stages = sweeps(study, name, request.quick, overrides)
-    tried = study.search.first if study.search else []
-    first, problems = check_study([[*stage, *tried] for stage in stages], request.config_dir)
+    tried = study.search.ends if study.search else [[]]
+    checked = [[*stage, *values] for stage in stages for values in tried]
+    first, problems = check_study(checked, request.config_dir)
     folder = Path(first.paths.runs) / first.name
     print(f"{study.question}\n\n{folder}\n", flush=True)
     if request.dry_run:
@@ -131,6 +133,7 @@ def train(overrides: Sequence[str]) -> int:
     """Sweep with `train` in a process of its own, and return 0, or 1 if a run has failed."""
     environment = {k: v for k, v in os.environ.items() if k != "HYDRA_FULL_ERROR"}
     command = [*train_command(), "-m", *overrides]
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that the training ends, too
     code = subprocess.run(command, check=False, env=environment).returncode
     if code == _INTERRUPTED:
         raise KeyboardInterrupt

@@ -65,7 +65,7 @@ class _JoinedMeshes(Sequence[Mesh]):
         return replace(mesh, face_parts=parts, part_names=self._names)
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class TemplateBank:
     """T templates: clouds, meshes, parts, and their decomposition.
 

@@ -60,12 +60,15 @@ def nearest_neighbors(
         backend: which of the backends to use, chosen by device and dtype when None.
 
     Raises:
-        ValueError: a cloud is empty or not of 3D points, or the two differ in dtype or device.
+        ValueError: a cloud is empty or not of 3D points, or of whole numbers; or the two differ in
+            dtype or device.
 
     >>> result = nearest_neighbors(torch.zeros(1, 3), torch.tensor([[3.0, 0, 0], [1, 0, 0]]))
     >>> result.a_to_b, result.a_to_b_index, result.b_to_a
     (tensor([1.]), tensor([1]), tensor([9., 1.]))
     """
+    if not (torch.is_floating_point(a) and torch.is_floating_point(b)):
+        raise ValueError(f"clouds must be of floating point numbers: {a.dtype}, {b.dtype}")
     batch = torch.broadcast_shapes(a.shape[:-2], b.shape[:-2])
     if {a.shape[-1], b.shape[-1]} != {3} or 0 in (*batch, a.shape[-2], b.shape[-2]):
         raise ValueError(f"there is no pair of clouds in {tuple(a.shape)} and {tuple(b.shape)}")
