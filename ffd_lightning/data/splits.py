@@ -166,10 +166,10 @@ class ListedSplit:
         except (OSError, ValueError, KeyError, AttributeError) as error:
             raise ConfigError(f"split.file={self.file} cannot be read: {error}") from None
         found: dict[str, str] = {}
-        others = {*SYNSETS, *SYNSETS.values()} - {shapes.category, synset}
+        foreign = {*SYNSETS, *SYNSETS.values()} - {shapes.category, synset}
         for name, subset in listed:
             *folders, shape_id = name.strip().rstrip("/").split("/")
-            if others.intersection(folders):  # categories share ids
+            if foreign.intersection(folders):  # categories share ids
                 continue
             if found.setdefault(shape_id, subset) != subset:
                 both = f"{found[shape_id]} and {subset}"

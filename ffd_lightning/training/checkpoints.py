@@ -40,7 +40,8 @@ class Checkpoints(ModelCheckpoint):
         self, trainer: Trainer, pl_module: LightningModule, outputs: Any, batch: Any, batch_idx: int
     ) -> None:
         """Save, unless a validation follows."""
-        if (batch_idx + 1) % trainer.val_check_batch or not sum(trainer.num_val_batches):
+        every = trainer.val_check_batch if sum(trainer.num_val_batches) else None
+        if not every or (batch_idx + 1) % every:
             super().on_train_batch_end(trainer, pl_module, outputs, batch, batch_idx)
 
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:

@@ -3,7 +3,18 @@ import pytest
 from ffd_lightning.analysis.status import status_table
 from ffd_lightning.app.commands import status
 from ffd_lightning.errors import DataError
-from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.run_folder import RunFolder, find_runs
+
+
+def test_runs_behind_links_are_found_once(tmp_path):
+    real, elsewhere = tmp_path / "runs" / "chair", tmp_path / "disk" / "table"
+    for folder in (real, elsewhere):
+        folder.mkdir(parents=True)
+        (folder / "config.yaml").touch()
+    for name, target in (("latest", real), ("table", elsewhere), ("loop", tmp_path / "runs")):
+        (tmp_path / "runs" / name).symlink_to(target)
+    found = [run.path.name for run in find_runs(tmp_path / "runs")]
+    assert found == ["chair", "table"]
 
 
 def test_the_status_of_runs(tmp_path, capsys):

@@ -211,6 +211,15 @@ def test_a_stage_that_fails_does_not_stop_the_next(trained, tmp_path):
 SEARCH = Search({"schedule.learning_rate": Bounds(1e-4, 1e-1, True)}, measure="chamfer")
 
 
+def test_both_ends_of_a_search_are_checked_before_its_first_trial(trained, tmp_path):
+    file = tmp_path / "far.yaml"
+    high = "{regime.min_weight: {low: 0.1, high: 5}}"
+    file.write_text(f"question: Why?\noverrides: [regime=r]\nsearch: {{parameters: {high}}}")
+    with pytest.raises(ConfigError, match=r"min_weight=5\.0 must"):
+        run_study(request_of(tmp_path, str(file)))
+    assert not trained
+
+
 class Trainer:
     """Finishes runs whose score is best at a learning rate of 0.01."""
 

@@ -27,6 +27,12 @@ def samples(run):
     return (run.evaluation(FEW) / "samples.csv").read_text()
 
 
+def curves(run):
+    events = EventAccumulator(str(run.path)).Reload()
+    tags = [tag for tag in events.Tags()["scalars"] if "per_second" not in tag]
+    return {tag: [(e.step, e.value) for e in events.Scalars(tag)] for tag in tags}
+
+
 @pytest.fixture(scope="module")
 def finished(tiny_config, tmp_path_factory):
     run = RunFolder(tmp_path_factory.mktemp("run") / "a")
@@ -207,7 +213,12 @@ def the_run(tmp_path):
 
 def test_kill_9_and_the_same_command_give_the_same_metrics(finished, prepared, data_root, tmp_path):
     arguments = command(tmp_path, data_root)[1:]
-    for step, method, left in ((3, "on_train_batch_start", 2), (6, "_save_checkpoint", 4)):
+    kills = (
+        (3, "on_train_batch_start", 2),
+        (4, "on_validation_start", 2),
+        (6, "_save_checkpoint", 4),
+    )
+    for step, method, left in kills:
         done = python("-c", killed_training(step, method), *arguments)
         assert done.returncode == -signal.SIGKILL, done.stderr
         run = the_run(tmp_path)
@@ -215,6 +226,7 @@ def test_kill_9_and_the_same_command_give_the_same_metrics(finished, prepared, d
         assert torch.load(run.checkpoint, weights_only=True)["global_step"] == left
     assert run_command("train", *arguments).returncode == 0
     assert samples(the_run(tmp_path)) == samples(finished[0])
+    assert curves(the_run(tmp_path)) == curves(finished[0])
 
 
 def test_a_sweep_trains_what_can_be_trained_side_by_side_or_not(prepared, data_root, tmp_path):
