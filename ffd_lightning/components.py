@@ -25,6 +25,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
@@ -264,8 +265,8 @@ class _WrongType(ConfigError):
 # Types of settings, and the types of values that can become one.
 _SCALARS: dict[Any, tuple[type, ...]] = {
     bool: (bool,),
-    int: (int,),
-    float: (int, float),
+    int: (Integral,),  # numpy's, too
+    float: (Real,),
     str: (str, int, float, Path),
     Path: (str, int, float, Path),
 }

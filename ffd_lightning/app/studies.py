@@ -32,7 +32,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Where a setting is looked for: from `low` to `high`, evenly in its logarithm if `log`."""
+    """From where to where a real number is searched, evenly in its logarithm if `log`."""
 
     low: float
     high: float

@@ -49,7 +49,7 @@ class RenderSettings:
     def __post_init__(self) -> None:
         """Refuse no images at all, and a value out of its range."""
         for name, hint in get_type_hints(type(self), include_extras=True).items():
-            typed(hint, getattr(self, name), name)
+            setattr(self, name, typed(hint, getattr(self, name), name))
         if not self.azimuths and not self.random_views:
             raise ValueError("azimuths=[] needs an angle at least, or random_views a view")
 
