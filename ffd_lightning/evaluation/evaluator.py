@@ -269,13 +269,14 @@ def _reference_rows(
     deciding = ("format", "protocol", "templates", "max_edge", "trained_on", "seed")
     key = digest_of([*(settings[name] for name in deciding), prepared.digest, bank_digest(bank)])
     samples = {(prepared.ids[s.row], 0): s for s in evaluated.tested_on.samples(all_views=False)}
-    name, shared = f"references-{key[:20]}", options.shared
-    file, lock = folder / f"{name}.jsonl", folder / f"{name}.lock"
-    if shared is not None:
-        of_all = [shared, shared / file.name, shared / lock.name]
-        if all(os.access(x if x.exists() else x.parent, os.W_OK) for x in of_all):  # not another's
-            shared.mkdir(exist_ok=True)
-            _, file, lock = of_all
+    names, place = [f"references-{key[:20]}.{kind}" for kind in ("jsonl", "lock")], options.shared
+    if place is not None and os.access(place if place.exists() else place.parent, os.W_OK):
+        place.mkdir(exist_ok=True)
+        there = [place / name for name in names if (place / name).exists()]
+        place = place if all(os.access(x, os.W_OK) for x in there) else None  # another user's
+    else:
+        place = None
+    file, lock = ((place or folder) / name for name in names)
     with FileLock(lock), Journal(file, key, options.restart) as journal:
         if samples.keys() <= journal.rows.keys():
             return {name: journal.rows[name, 0] for name, _ in samples}

@@ -5,11 +5,11 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Literal, get_type_hints
+from typing import Annotated, Literal
 
 import numpy as np
 
-from ffd_lightning.components import Range, typed
+from ffd_lightning.components import Range, check_ranges, typed
 from ffd_lightning.imaging.camera import BLENDER_LENS, RADIUS, Camera, vertical_field_of_view
 
 _ELEVATIONS, _LENSES = (-5, 60), (25, 60)  # of random cameras, in degrees
@@ -48,8 +48,9 @@ class RenderSettings:
 
     def __post_init__(self) -> None:
         """Refuse no images at all, and a value out of its range."""
-        for name, hint in get_type_hints(type(self), include_extras=True).items():
-            setattr(self, name, typed(hint, getattr(self, name), name))
+        typed(Literal["framed", "authors"], self.camera, "camera")
+        check_ranges(vars(self), height="(0, inf)", width="(0, inf)", samples="(0, inf)")
+        check_ranges(vars(self), random_views="[0, inf)", elevation="[-90, 90]")
         if not self.azimuths and not self.random_views:
             raise ValueError("azimuths=[] needs an angle at least, or random_views a view")
 
