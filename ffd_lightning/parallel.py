@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from typing import TypeVar
 
@@ -25,27 +25,15 @@ def in_threads(
     Threads do, since the heavy parts are compiled and free the interpreter. Ctrl-C, or an error,
     waits for the items in work and no more. Meanwhile torch has one thread, in every thread; so
     there must not be two calls at once.
-
-    Items are taken as they are needed; `workers` threads, 1 or more, work on them.
     """
     with _one_thread(), ThreadPoolExecutor(workers, thread_name_prefix="worker") as pool:
-        todo = iter(items)
-        pending: dict[Future[_Result], _Item] = {}
-        while True:
-            for item in todo:
-                pending[pool.submit(function, item)] = item
-                if len(pending) >= 2 * workers:
-                    break
-            if not pending:
-                return
-            try:
-                done = wait(pending, return_when=FIRST_COMPLETED).done
-                # What is done is not lost to an error that came at the same time.
-                for future in sorted(done, key=lambda future: future.exception() is not None):
-                    yield pending.pop(future), future.result()
-            except BaseException:
-                pool.shutdown(cancel_futures=True)
-                raise
+        pending = {pool.submit(function, item): item for item in items}
+        try:
+            for future in as_completed(pending):
+                yield pending.pop(future), future.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 @contextmanager
