@@ -269,14 +269,11 @@ def _reference_rows(
     deciding = ("format", "protocol", "templates", "max_edge", "trained_on", "seed")
     key = digest_of([*(settings[name] for name in deciding), prepared.digest, bank_digest(bank)])
     samples = {(prepared.ids[s.row], 0): s for s in evaluated.tested_on.samples(all_views=False)}
-    names, place = [f"references-{key[:20]}.{kind}" for kind in ("jsonl", "lock")], options.shared
-    if place is not None and os.access(place if place.exists() else place.parent, os.W_OK):
-        place.mkdir(exist_ok=True)
-        there = [place / name for name in names if (place / name).exists()]
-        place = place if all(os.access(x, os.W_OK) for x in there) else None  # another user's
-    else:
-        place = None
-    file, lock = ((place or folder) / name for name in names)
+    names, place = [f"references-{key[:20]}.{kind}" for kind in ("jsonl", "lock")], folder
+    if options.shared is not None and all(_writable(options.shared / name) for name in names):
+        place = options.shared  # else it is another user's
+    place.mkdir(parents=True, exist_ok=True)
+    file, lock = (place / name for name in names)
     with FileLock(lock), Journal(file, key, options.restart) as journal:
         if samples.keys() <= journal.rows.keys():
             return {name: journal.rows[name, 0] for name, _ in samples}
@@ -289,6 +286,11 @@ def _reference_rows(
 
         how = options.workers, options.progress, "references"
         return {row["id"]: row for row in score_all(score, samples, journal, *how)}
+
+
+def _writable(path: Path) -> bool:
+    """Return whether a file can be written, or made, with the folders that it is in."""
+    return os.access(next(x for x in (path, *path.absolute().parents) if x.exists()), os.W_OK)
 
 
 def bank_digest(bank: TemplateBank) -> str:

@@ -49,6 +49,7 @@ class RenderSettings:
     def __post_init__(self) -> None:
         """Refuse no images at all, and a value out of its range."""
         typed(Literal["framed", "authors"], self.camera, "camera")
+        # On the command line a side has 32 pixels or more; scripts may want smaller pictures.
         check_ranges(vars(self), height="(0, inf)", width="(0, inf)", samples="(0, inf)")
         check_ranges(vars(self), random_views="[0, inf)", elevation="[-90, 90]")
         if not self.azimuths and not self.random_views:

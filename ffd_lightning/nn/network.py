@@ -135,10 +135,9 @@ class TemplateFfdNetwork(nn.Module):
         viewpoint: bool = False,
     ) -> None:
         super().__init__()
-        check_ranges(locals(), num_templates="(0, inf)", num_control_points="(0, inf)")
-        check_ranges(locals(), bottleneck="(0, inf)", hidden="(0, inf)", shrink="(0, inf)")
-        check_ranges(locals(), min_weight="[0, 1]", offset_std="[0, inf)")
-        check_ranges(locals(), batch_norm_momentum="[0, 1]")
+        counts = ("num_templates", "num_control_points", "bottleneck", "hidden", "shrink")
+        shares = {"min_weight": "[0, 1]", "batch_norm_momentum": "[0, 1]"}
+        check_ranges(locals(), **dict.fromkeys(counts, "(0, inf)"), offset_std="[0, inf)", **shares)
         if mirror_degrees and ffd.num_control_points(mirror_degrees) != num_control_points:
             points = ffd.num_control_points(mirror_degrees)
             raise ValueError(f"mirror_degrees are of {points} control points, not the network's")
