@@ -19,6 +19,7 @@ from benchmarks.timing import Row, seconds_of
 from ffd_lightning.app.build import regime
 from ffd_lightning.data.batches import Residency
 from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.templates.choice import RandomTemplates
 from ffd_lightning.geometry.ffd import deform
@@ -45,13 +46,11 @@ class _Timer(Callback):
 def build(folder: Path, residency: Residency = "auto") -> tuple[FfdModule, FfdDataModule]:
     """Return the paper's network on procedural tables, with both regularizers (e and r)."""
     data = FfdDataModule(
-        "table",
-        ProceduralSource(_MODELS),
+        Preparation(ProceduralSource(_MODELS), "table", root=folder),
         num_templates=TEMPLATES,
         template_strategy=RandomTemplates(),
         batch_size=QUERIES,
         num_points=POINTS,
-        root=folder,
         residency=residency,
     )
     data.prepare_data()

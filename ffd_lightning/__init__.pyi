@@ -2,6 +2,7 @@ from .app.build import regime as regime
 from .components import component as component
 from .components import make as make
 from .data.datamodule import FfdDataModule as FfdDataModule
+from .data.preparation.preparation import Preparation as Preparation
 from .data.preparation.prepared import PreparedSet as PreparedSet
 from .data.source import Source as Source
 from .data.source import SourceShape as SourceShape

@@ -65,8 +65,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
     # Without an augmentation images are used without their coverage, which is not even kept.
     augmentation = None if cfg.augmentation.name == "none" else cfg.augmentation.build()
     return FfdDataModule(
-        category_names(cfg),
-        build_source(cfg),
+        build_preparations(cfg),
         num_templates=cfg.templates.count,
         template_strategy=cfg.template_strategy.build(),
         hold_out=cfg.templates.hold_out,
@@ -79,17 +78,9 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         num_points=cfg.schedule.num_points,
         draw=cfg.heads.settings.get("draw"),
         seed=cfg.seed,
-        render=cfg.data.render,
-        cloud_points=cfg.data.num_points,
-        root=cfg.paths.data,
-        limit=cfg.data.limit,
-        leave_out=cfg.data.leave_out,
-        variants=cfg.data.asked_variants,
         augmentation=augmentation,
         residency=cfg.trainer.residency,
         num_workers=cfg.trainer.num_workers,
-        prepare_workers=cfg.preparation.workers,
-        prepare_timeout=cfg.preparation.timeout,
     )
 
 

@@ -56,12 +56,7 @@ def _data_problems(cfg: PrepareConfig) -> Iterator[str]:
 def _training_problems(cfg: TrainConfig) -> Iterator[str]:
     if cfg.trainer.accelerator in ("gpu", "cuda") and not torch.cuda.is_available():
         yield f"trainer.accelerator={cfg.trainer.accelerator}: there is no GPU: use trainer=auto"
-    regime, points = cfg.regime, cfg.schedule.num_points
-    if points > cfg.data.num_points:
-        yield (
-            f"schedule.num_points={points} is more than data.num_points={cfg.data.num_points}, the "
-            "points kept per shape"
-        )
+    regime = cfg.regime
     for label in sorted({"box_chamfer", "chamfer", "loss", "selection"} & set(regime.terms)):
         yield (
             f"regime.terms.{label}: another quantity is logged by that name; choose another "

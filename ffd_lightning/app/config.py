@@ -21,25 +21,22 @@ EMBEDDED_WIDTH = 0.25
 """Of the encoder that comes with the package, a MobileNet."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Data(Component):
     """Where shapes come from, and what is kept of them.
 
     Attributes:
-        limit: so many shapes of each category, evenly spread over their sorted ids; null for all.
-        leave_out: ids of shapes that are not prepared; `<category>/<id>` for one category's alone.
         variants: deformed variants of each shape, in other colours, to train on beside it; auto
             brings fewer than 300 shapes to as many, with 15 of each at most. Where nothing is said,
             auto is meant by data=folder, and none by other data.
-        num_points: surface samples kept of each shape.
-        render: the images.
     """
 
-    limit: Positive | None = None
-    leave_out: list[str] = field(default_factory=list)
+    settings_like: ClassVar[str] = "ffd_lightning.data.preparation.preparation:Preparation"
+    limit: Positive | None
+    leave_out: list[str]
     variants: NotNegative | Literal["auto"] | None = None
-    num_points: Positive = 16384
-    render: RenderSettings = field(default_factory=RenderSettings)
+    num_points: Positive
+    render: RenderSettings
 
     @property
     def asked_variants(self) -> int | Literal["auto"]:

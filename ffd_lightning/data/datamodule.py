@@ -10,7 +10,7 @@ import logging
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -30,7 +30,6 @@ from ffd_lightning.data.batches import (
 )
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.source import Source
 from ffd_lightning.data.splits import HashSplit, Split, SplitInput, SplitRule, make_split
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.choice import AutoTemplates, TemplateStrategy, choose_templates
@@ -223,8 +222,7 @@ class FfdDataModule(LightningDataModule):
     many batches as it takes to see every shape once.
 
     Args:
-        categories: one, or several that one network is trained on together.
-        source: where shapes come from.
+        preparations: of a category, or of several that one network is trained on together.
         num_templates: T, equally many of each category.
         template_strategy: how templates are chosen; `AutoTemplates` by default.
         hold_out: keep as many of the first templates out of all subsets, also where fewer are
@@ -241,10 +239,6 @@ class FfdDataModule(LightningDataModule):
         draw: templates that a step draws from all shapes that are trained on, and from the
             templates, for conditioned heads; None where every step sees the templates.
         seed: decides what each step sees.
-        render: the images.
-        cloud_points: surface samples kept of each shape, of which steps draw theirs.
-        root: prepared data is kept below it.
-        limit, leave_out, variants, prepare_workers, prepare_timeout, progress: see `Preparation`.
         augmentation: changes the images that are trained on, and no others.
         residency: where images and clouds are kept while training, see `Residency`.
         num_workers: processes that read ahead; None for none on the CPU and some beside a GPU.
@@ -271,8 +265,7 @@ class FfdDataModule(LightningDataModule):
 
     def __init__(
         self,
-        categories: str | Sequence[str],
-        source: Source,
+        preparations: Preparation | Sequence[Preparation],
         *,
         num_templates: int = 16,
         template_strategy: TemplateStrategy | None = None,
@@ -286,24 +279,25 @@ class FfdDataModule(LightningDataModule):
         num_points: int = 1024,
         draw: int | None = None,
         seed: int = 0,
-        render: RenderSettings | None = None,
-        cloud_points: int = 16384,
-        root: str | Path = "data",
-        limit: int | None = None,
-        leave_out: Sequence[str] = (),
-        variants: int | Literal["auto"] = 0,
         augmentation: Augmentation | None = None,
         residency: Residency = "auto",
         num_workers: int | None = None,
-        prepare_workers: int = 0,
-        prepare_timeout: float = 600.0,
-        progress: bool = True,
     ) -> None:
         super().__init__()
-        check_ranges(locals(), num_templates="(0, inf)", batch_size="(0, inf)")
-        names = (categories,) if isinstance(categories, str) else tuple(categories)
+        above = "(0, inf)"
+        check_ranges(locals(), num_templates=above, batch_size=above, val_fraction="[0, 1)")
+        if isinstance(preparations, Preparation):
+            preparations = (preparations,)
+        self.preparations = tuple(preparations)
+        names = self.categories
         if not names or len(set(names)) < len(names):
             raise ConfigError(f"categories={list(names)} must name one or more, and none twice")
+        kept = self.preparations[0].num_points
+        if num_points > kept:
+            raise ConfigError(
+                f"schedule.num_points={num_points} is more than data.num_points={kept}, the points "
+                "kept of each shape"
+            )
         for setting, count in (("count", num_templates), ("hold_out", hold_out or 0)):
             if count % len(names):
                 raise ConfigError(
@@ -314,23 +308,6 @@ class FfdDataModule(LightningDataModule):
             raise ConfigError(
                 f"templates.hold_out={hold_out} is less than templates.count={num_templates}"
             )
-        self.render = render or RenderSettings()
-        self.preparations = tuple(
-            Preparation(
-                source=source,
-                category=name,
-                num_points=cloud_points,
-                render=self.render,
-                root=Path(root),
-                limit=limit,
-                leave_out=leave_out,
-                variants=variants,
-                workers=prepare_workers,
-                timeout=prepare_timeout,
-                progress=progress,
-            )
-            for name in names
-        )
         self.num_templates, self.hold_out = num_templates, hold_out
         self.template_strategy = template_strategy or AutoTemplates()
         self.split_rule, self.val_fraction = split or HashSplit(), val_fraction
@@ -349,7 +326,12 @@ class FfdDataModule(LightningDataModule):
     @property
     def root(self) -> Path:
         """Folder that prepared data is kept below."""
-        return self.preparations[0].root
+        return Path(self.preparations[0].root)
+
+    @property
+    def render(self) -> RenderSettings:
+        """The images."""
+        return self.preparations[0].render
 
     def prepare_data(self) -> None:
         """Build the prepared sets where they are missing (on one process)."""

@@ -82,12 +82,11 @@ def boxes_of(source, root, workers=2, num_points=32, render=RENDER, category="bo
     )
 
 
-def box_module(source, root, **settings):
+def box_module(preparation, **settings):
     """A data module of boxes, set up."""
     from ffd_lightning.data.datamodule import FfdDataModule  # workers import this, and no torch
 
-    usual = {"render": RENDER, "cloud_points": 64, "num_points": 8, "progress": False}
-    module = FfdDataModule("box", source, root=root, **(usual | settings))
+    module = FfdDataModule(preparation, **({"num_points": 8} | settings))
     module.setup()
     return module
 

@@ -7,7 +7,7 @@ from unittest.mock import NonCallableMock
 import numpy as np
 import pytest
 import torch
-from box_source import BoxSource, box_module
+from box_source import BoxSource, box_module, boxes_of
 from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import LambdaCallback, ModelCheckpoint
 from torch.optim.lr_scheduler import CosineAnnealingLR
@@ -15,6 +15,7 @@ from torch.optim.lr_scheduler import CosineAnnealingLR
 from ffd_lightning.components import Component
 from ffd_lightning.data.batches import BatchIndices, ShapeStore
 from ffd_lightning.data.datamodule import EvaluationIndices, FfdDataModule, TrainingIndices
+from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.errors import ConfigError, DataError
@@ -34,14 +35,14 @@ SETTINGS = {
     "val_fraction": 0.2,
     "batch_size": BATCH,
     "num_points": POINTS,
-    "progress": False,
 }
 
 
 def table_module(root, **settings):
     """Tables, on the prepared set that is there already."""
-    settings |= {"render": RenderSettings(height=48, width=64, samples=1), "cloud_points": 256}
-    module = FfdDataModule("table", ProceduralSource(24), root=root, **(SETTINGS | settings))
+    render = RenderSettings(height=48, width=64, samples=1)
+    made_by = Preparation(ProceduralSource(24), "table", 256, render, root, progress=False)
+    module = FfdDataModule(made_by, **(SETTINGS | settings))
     module.setup()
     return module
 
@@ -57,8 +58,8 @@ def tables(prepared, data_root):
 def make_boxes(tmp_path_factory):
     """Return a function that makes modules of boxes seen from two sides."""
     root = tmp_path_factory.mktemp("boxes")
-    source, usual = BoxSource(10, root / "log"), SETTINGS | {"prepare_workers": 1}
-    return lambda **settings: box_module(source, root, **(usual | settings))
+    made_by = boxes_of(BoxSource(10, root / "log"), root, workers=1, num_points=64)
+    return lambda **settings: box_module(made_by, **(SETTINGS | settings))
 
 
 @pytest.fixture(scope="module")

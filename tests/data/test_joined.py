@@ -63,25 +63,15 @@ def test_sets_that_do_not_go_together(members, data_root):
 
 def module(root, categories=NAMES, **settings):
     given = {"num_templates": 4, "split": HashSplit(0.6), "val_fraction": 0.3, **settings}
-    result = FfdDataModule(
-        categories,
-        ProceduralSource(12),
-        render=RENDER,
-        cloud_points=256,
-        root=root,
-        batch_size=6,
-        num_points=64,
-        prepare_workers=2,
-        progress=False,
-        **given,
-    )
+    preparations = [preparation(category, root) for category in categories]
+    result = FfdDataModule(preparations, batch_size=6, num_points=64, **given)
     result.setup()
     return result
 
 
 def test_each_category_gives_its_share_of_templates_and_its_own_split(data_root):
     joint = module(data_root, hold_out=6)
-    alone = [module(data_root, name, num_templates=2, hold_out=3) for name in NAMES]
+    alone = [module(data_root, [name], num_templates=2, hold_out=3) for name in NAMES]
     for k, subset in enumerate(joint.split):
         expected = [f"{n}/{i}" for n, a in zip(NAMES, alone, strict=True) for i in a.split[k]]
         assert list(subset) == expected != []

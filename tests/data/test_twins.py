@@ -54,8 +54,9 @@ def test_copies_go_where_the_first_goes(doubled):
 
 
 def test_what_a_published_split_parts_is_said(doubled):
-    given = {"num_templates": 1, "val_fraction": 0, "cloud_points": POINTS}
-    data = box_module(*doubled, split=AutoSplit(), **given)
+    made_by = boxes_of(*doubled, num_points=POINTS)
+    given = {"num_templates": 1, "val_fraction": 0}
+    data = box_module(made_by, split=AutoSplit(), **given)
     assert data.split.test == ("b00", "b03")
     assert data.seen_twins == {"b00", "b03"}
-    assert not box_module(*doubled, split=HashSplit(0.5), **given).seen_twins
+    assert not box_module(made_by, split=HashSplit(0.5), **given).seen_twins

@@ -104,7 +104,7 @@ def test_auto_brings_few_shapes_to_some_hundreds(source, tmp_path):
 def test_variants_are_trained_on_and_nothing_else(source, tmp_path):
     source = replace(source, count=12)
     given = {"num_templates": 2, "split": HashSplit(0.7), "val_fraction": 0.2, "batch_size": 4}
-    data = box_module(source, tmp_path, variants=2, **given)
+    data = box_module(boxes_of(source, tmp_path, variants=2), **given)
     assert not set(data.bank.ids) & set(data.prepared.origins)
     assert not {i for ids in data.split for i in ids} & set(data.prepared.origins)
     barred = {*data.split.val, *data.split.test}

@@ -15,7 +15,7 @@ import pickle
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -55,24 +55,23 @@ class Preparation:
     Args:
         source: where shapes come from.
         category: its name.
-        num_points: surface samples per shape.
+        num_points: surface samples kept of each shape.
         render: the images.
         root: prepared sets are kept in `root/prepared`.
-        limit: take so many shapes at most, evenly spread over their ids.
+        limit: so many shapes at most, evenly spread over their sorted ids.
         variants: deformed variants that are made of each shape, to train on; "auto" brings fewer
             than 300 shapes to as many, with 15 of each at most.
         workers: processes, 0 for one per core.
         timeout: seconds after which a shape is given up: it is left out.
         progress: show on stderr how far it is, and what the set holds in a contact sheet.
-        leave_out: ids not to take; `<category>/<id>`, as sets of several categories name shapes,
-            leaves a shape out of that category alone.
+        leave_out: ids of shapes that are not prepared; `<category>/<id>` for one category's alone.
     """
 
     source: Source
     category: str
-    num_points: int
-    render: RenderSettings
-    root: Path
+    num_points: int = 16384
+    render: RenderSettings = field(default_factory=RenderSettings)
+    root: Path = Path("data")
     limit: int | None = None
     variants: int | Literal["auto"] = 0
     workers: int = 0
