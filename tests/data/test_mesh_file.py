@@ -231,6 +231,23 @@ def test_gltf_colours(folder):
     np.testing.assert_array_equal(folder.load("tex.gltf").face_colors, [[178, 0, 178, 255]])
 
 
+def test_gltf_numbers_that_are_not_read_are_named(folder):
+    for accessor, extension, which in (
+        (1, "", "normalized UVs"),
+        (None, "KHR_texture_transform", "KHR_texture_transform"),
+        (0, "", None),
+    ):
+        tree = json.loads(gltf()) | {"extensionsUsed": [extension]}
+        if accessor is not None:
+            tree["accessors"][accessor]["normalized"] = True
+        folder.write("m.gltf", json.dumps(tree))
+        if which is None:
+            with pytest.raises(RejectedShapeError, match="has normalized positions"):
+                folder.read("m.gltf")
+        else:
+            assert folder.read("m.gltf")[1] == (f"textures are misplaced: {which}",)
+
+
 def test_scene_graph_is_applied(folder):
     nodes = [
         {"children": [1, 2], "translation": [10, 0, 0]},

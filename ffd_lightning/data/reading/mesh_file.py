@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import codecs
 import io
+import json
 import logging
 import re
 import shlex
@@ -44,6 +45,7 @@ FOREIGN = (
 
 _NO_LIBRARY = "material files are absent"
 _NO_TEXTURE = "textures that the materials name are absent"
+_MISPLACED = "textures are misplaced"
 _NAMED = 5  # files that a warning names; a shape may lack hundreds
 _UNSUPPORTED = re.compile(  # of glTF, by trimesh
     rb'KHR_draco_mesh_compression|EXT_meshopt_compression|EXT_mesh_gpu_instancing|"sparse"\s*:'
@@ -75,13 +77,15 @@ def read_mesh(
     if path.suffix.lower() in FOREIGN:
         raise RejectedShapeError(unread(path))
     kind = path.suffix.lower().lstrip(".")
-    problems: Problems = {_NO_LIBRARY: {}, _NO_TEXTURE: {}, UNDECODABLE: {}}
+    problems: Problems = {_NO_LIBRARY: {}, _NO_TEXTURE: {}, UNDECODABLE: {}, _MISPLACED: {}}
     files = SideFiles(side_files, read, problems)
     content = read(path)
     with np.errstate(all="ignore"), _quiet():
         try:
             data = io.BytesIO(_mended(content, kind, path.name))
             scene = trimesh.load_scene(data, file_type=kind, resolver=files, process=False)
+            if kind in ("glb", "gltf"):
+                problems[_MISPLACED] = _check_gltf(content, path.name)
             mesh = _merge(path.name, scene, Textures(problems[UNDECODABLE]))
         except Exception as error:  # trimesh meets anything in a damaged file
             if isinstance(error, RejectedShapeError | MemoryError) or is_bug(error):
@@ -333,6 +337,23 @@ def _triangles(corners: NDArray[np.float64], normal: NDArray[np.float64]) -> NDA
     turned = (np.cross(b - a, c - a) * normal).sum(axis=1) < 0
     found[turned] = found[turned][:, ::-1]
     return found
+
+
+def _check_gltf(data: bytes, name: str) -> dict[str, None]:
+    """Return why textures will lie wrongly: trimesh moves none, and takes parts of 1 as they are.
+
+    Raises:
+        RejectedShapeError: the file has such positions, which would tear its meshes apart.
+    """
+    binary = data[:4] == b"glTF"
+    tree = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")] if binary else data)
+    scaled = [bool(accessor.get("normalized")) for accessor in tree.get("accessors", ())]
+    primitives = [p for mesh in tree.get("meshes", ()) for p in mesh["primitives"]]
+    found = {kind for p in primitives for kind, k in p["attributes"].items() if scaled[k]}
+    if "POSITION" in found:
+        raise RejectedShapeError(f"{name} has normalized positions, which are not supported")
+    moved = ["KHR_texture_transform"] * (b"KHR_texture_transform" in data)
+    return dict.fromkeys(moved + ["normalized UVs"] * ("TEXCOORD_0" in found))
 
 
 def _check_off(data: bytes, name: str) -> None:
