@@ -74,6 +74,18 @@ def test_colours_and_transparency_of_mtl(folder):
 
 
 @pytest.mark.parametrize(
+    "lines", ["mtllib my a.mtl\nmtllib gone.mtl b.mtl\n", "mtllib b.mtl my a.mtl\n"]
+)
+def test_every_material_library_counts(folder, lines):
+    folder.write("my a.mtl", "newmtl a\nKd 1 0 0")
+    folder.write("b.mtl", "newmtl b\nKd 0 0 1\n")
+    folder.write("m.obj", lines + TRIANGLE + "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n")
+    mesh, warnings = folder.read()
+    assert sorted(mesh.face_colors.tolist()) == [[0, 0, 255, 255], [255, 0, 0, 255]]
+    assert warnings == ("material files are absent: gone.mtl",) * ("gone" in lines)
+
+
+@pytest.mark.parametrize(
     "name",
     [
         "C:\\textures\\wood oak.png",

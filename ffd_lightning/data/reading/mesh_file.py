@@ -16,7 +16,7 @@ import shlex
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import count, takewhile
 from pathlib import Path, PurePath
 from typing import Any
@@ -168,6 +168,8 @@ class SideFiles(Resolver):
 
     def get(self, key: str) -> bytes:
         """Return the content of the file meant by `key`; a FileNotFoundError if there is none."""
+        if len(several := re.findall(r"\S.*?\.mtl(?=\s|$)", key, re.IGNORECASE)) > 1:
+            return self._together(several)
         words = unquote(key).replace("\\", "/").strip().strip('"').casefold().split()
         # A name may hold spaces and may follow options: try all of it, then less and less.
         for start in range(len(words)):
@@ -180,6 +182,14 @@ class SideFiles(Resolver):
         if _is_texture(name):
             return ABSENT
         raise FileNotFoundError(key)
+
+    def _together(self, libraries: Iterable[str]) -> bytes:
+        """Return material libraries, as far as they are there, as one."""
+        found = []
+        for name in libraries:
+            with suppress(FileNotFoundError):
+                found.append(self.get(name))
+        return b"\n".join(found)
 
     def _content(self, file: PurePath) -> bytes:
         if file not in self._contents:  # a hundred materials may name one texture
@@ -247,6 +257,9 @@ def _mended(data: bytes, kind: str, name: str) -> bytes:
     data = re.sub(rb"\r\n?", b"\n", data).replace(b"\\\n", b" ").replace(b"\t", b" ")
     data = re.sub(rb"^ +", b"", data, flags=re.MULTILINE)
     data = re.sub(rb"^((?:v|vt|vn|f) [^#\n]*)#.*", rb"\1", data, flags=re.MULTILINE)
+    libraries = dict.fromkeys(re.findall(rb"^mtllib +(.+)", data, re.MULTILINE))
+    if len(libraries) > 1:  # one line is read
+        data = b"mtllib " + b" ".join(libraries) + b"\n" + data
     return _without_concave_faces(_of_one_form(_absolute_indices(data)))
 
 

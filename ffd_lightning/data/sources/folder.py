@@ -22,7 +22,7 @@ from ffd_lightning.data.reading.orientation import (
 from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.errors import DataError, RejectedShapeError
 
-_LOADER_VERSION = 4  # part of the fingerprint: raise it when the same files give another mesh
+_LOADER_VERSION = 5  # part of the fingerprint: raise it when the same files give another mesh
 _STEMS = ("model_normalized", "model")  # of mesh files that are preferred
 
 _Files = dict[str, tuple[Path, list[Path]]]

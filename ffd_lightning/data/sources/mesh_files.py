@@ -53,7 +53,7 @@ class MeshFiles(Source):
             for name, file in sorted({*self.files.items(), *others})
         ]
         turned = {"up": self.up, "yaw": self.yaw}
-        return {"source": "mesh_files", "loader": 3, "sha256": digest_of_files(facts), **turned}
+        return {"source": "mesh_files", "loader": 4, "sha256": digest_of_files(facts), **turned}
 
 
 def name_files(files: Iterable[Path]) -> dict[str, Path]:
