@@ -1,6 +1,7 @@
 """Miniature mesh files: colours, geometry that can be mended, and geometry that cannot."""
 
 import base64
+import copy
 import json
 import struct
 from pathlib import PurePath
@@ -243,21 +244,52 @@ def test_gltf_colours(folder):
     np.testing.assert_array_equal(folder.load("tex.gltf").face_colors, [[178, 0, 178, 255]])
 
 
-def test_gltf_numbers_that_are_not_read_are_named(folder):
-    for accessor, extension, which in (
-        (1, "", "normalized UVs"),
-        (None, "KHR_texture_transform", "KHR_texture_transform"),
-        (0, "", None),
-    ):
-        tree = json.loads(gltf()) | {"extensionsUsed": [extension]}
-        if accessor is not None:
-            tree["accessors"][accessor]["normalized"] = True
-        folder.write("m.gltf", json.dumps(tree))
-        if which is None:
-            with pytest.raises(RejectedShapeError, match="has normalized positions"):
-                folder.read("m.gltf")
-        else:
-            assert folder.read("m.gltf")[1] == (f"textures are misplaced: {which}",)
+def glb(text):
+    """Return a glTF of one file's text as a GLB without a binary part."""
+    text = text.encode() + b" " * (-len(text) % 4)
+    return struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text), len(text), b"JSON") + text
+
+
+@pytest.mark.parametrize("pack", [str, glb])
+def test_gltf_that_trimesh_would_show_wrongly(folder, pack):
+    folder.write("x.png", png((10, 20, 200)))
+    plain = json.loads(gltf(texture="x.png"))
+
+    def read(change):
+        tree = copy.deepcopy(plain)
+        change(tree)
+        name = f"m.{'gltf' if pack is str else 'glb'}"
+        folder.write(name, pack(json.dumps(tree)))
+        return folder.read(name)
+
+    def glossy(tree):
+        (material,) = tree["materials"]
+        texture = material.pop("pbrMetallicRoughness")["baseColorTexture"]
+        gloss = {"specularFactor": [0.4] * 3, "diffuseFactor": [1, 1, 0, 1]}
+        material["extensions"] = {
+            "KHR_materials_pbrSpecularGlossiness": gloss | {"diffuseTexture": texture}
+        }
+
+    mesh, _ = read(glossy)
+    np.testing.assert_array_equal(mesh.textures[0][0, 0], [10, 20, 0, 255])
+
+    def second(tree):
+        tree["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 1
+        attributes = tree["meshes"][0]["primitives"][0]["attributes"]
+        attributes |= {"TEXCOORD_0": 0, "TEXCOORD_1": attributes["TEXCOORD_0"]}
+
+    mesh, _ = read(second)
+    np.testing.assert_allclose(mesh.face_uvs[0], mesh.vertices[mesh.faces[0], :2])
+    other = {"extensions": {"KHR_texture_basisu": {"source": 0}}}
+    mesh, (warning,) = read(lambda tree: tree.update(textures=[other]))
+    assert warning.endswith("absent: KHR_texture_basisu.png")
+    np.testing.assert_array_equal(mesh.face_colors, [GREY])
+    _, (warning,) = read(lambda tree: tree.update(extensionsUsed=["KHR_texture_transform"]))
+    assert warning == "textures are misplaced: KHR_texture_transform"
+    _, (warning,) = read(lambda tree: tree["accessors"][1].update(normalized=True))
+    assert warning == "textures are misplaced: normalized UVs"
+    with pytest.raises(RejectedShapeError, match="has normalized positions"):
+        read(lambda tree: tree["accessors"][0].update(normalized=True))
 
 
 def test_scene_graph_is_applied(folder):

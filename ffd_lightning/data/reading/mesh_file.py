@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import codecs
 import io
-import json
 import logging
 import re
 import shlex
@@ -29,6 +28,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from trimesh.resolvers import Resolver
 
+from ffd_lightning.data.reading import gltf
 from ffd_lightning.data.reading.materials import ABSENT, UNDECODABLE, Textures, face_colors
 from ffd_lightning.errors import RejectedShapeError, is_bug, is_of_machine
 from ffd_lightning.geometry.mesh import Mesh
@@ -47,9 +47,6 @@ _NO_LIBRARY = "material files are absent"
 _NO_TEXTURE = "textures that the materials name are absent"
 _MISPLACED = "textures are misplaced"
 _NAMED = 5  # files that a warning names; a shape may lack hundreds
-_UNSUPPORTED = re.compile(  # of glTF, by trimesh
-    rb'KHR_draco_mesh_compression|EXT_meshopt_compression|EXT_mesh_gpu_instancing|"sparse"\s*:'
-)
 
 Problems = dict[str, dict[str, None]]
 Read = Callable[[Any], bytes]
@@ -82,10 +79,11 @@ def read_mesh(
     content = read(path)
     with np.errstate(all="ignore"), _quiet():
         try:
+            if kind in ("glb", "gltf"):
+                content, misplaced = gltf.mended(content, path.name)
+                problems[_MISPLACED] = dict.fromkeys(misplaced)
             data = io.BytesIO(_mended(content, kind, path.name))
             scene = trimesh.load_scene(data, file_type=kind, resolver=files, process=False)
-            if kind in ("glb", "gltf"):
-                problems[_MISPLACED] = _check_gltf(content, path.name)
             mesh = _merge(path.name, scene, Textures(problems[UNDECODABLE]))
         except Exception as error:  # trimesh meets anything in a damaged file
             if isinstance(error, RejectedShapeError | MemoryError) or is_bug(error):
@@ -240,8 +238,6 @@ def _mended(data: bytes, kind: str, name: str) -> bytes:
     """Return a mesh file's content in the form that trimesh reads rightly."""
     if not data or data.isspace():
         raise RejectedShapeError(f"{name} is empty")
-    if kind in ("glb", "gltf") and (found := _UNSUPPORTED.search(data)):
-        raise RejectedShapeError(f"{name} has {found[0].decode()}, which is not supported")
     if kind in ("obj", "off") or (kind == "stl" and b"endfacet" in data):
         data = _as_utf8(data)
     if kind == "ply":
@@ -350,23 +346,6 @@ def _triangles(corners: NDArray[np.float64], normal: NDArray[np.float64]) -> NDA
     turned = (np.cross(b - a, c - a) * normal).sum(axis=1) < 0
     found[turned] = found[turned][:, ::-1]
     return found
-
-
-def _check_gltf(data: bytes, name: str) -> dict[str, None]:
-    """Return why textures will lie wrongly: trimesh moves none, and takes parts of 1 as they are.
-
-    Raises:
-        RejectedShapeError: the file has such positions, which would tear its meshes apart.
-    """
-    binary = data[:4] == b"glTF"
-    tree = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")] if binary else data)
-    scaled = [bool(accessor.get("normalized")) for accessor in tree.get("accessors", ())]
-    primitives = [p for mesh in tree.get("meshes", ()) for p in mesh["primitives"]]
-    found = {kind for p in primitives for kind, k in p["attributes"].items() if scaled[k]}
-    if "POSITION" in found:
-        raise RejectedShapeError(f"{name} has normalized positions, which are not supported")
-    moved = ["KHR_texture_transform"] * (b"KHR_texture_transform" in data)
-    return dict.fromkeys(moved + ["normalized UVs"] * ("TEXCOORD_0" in found))
 
 
 def _check_off(data: bytes, name: str) -> None:
