@@ -290,6 +290,8 @@ def test_gltf_that_trimesh_would_show_wrongly(folder, pack):
     assert warning == "textures are misplaced: normalized UVs"
     with pytest.raises(RejectedShapeError, match="has normalized positions"):
         read(lambda tree: tree["accessors"][0].update(normalized=True))
+    with pytest.raises(RejectedShapeError, match="has triangle fans"):
+        read(lambda tree: tree["meshes"][0]["primitives"][0].update(mode=6))
 
 
 def test_scene_graph_is_applied(folder):

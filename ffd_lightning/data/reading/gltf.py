@@ -14,6 +14,7 @@ _UNSUPPORTED = re.compile(
     rb'KHR_draco_mesh_compression|EXT_meshopt_compression|EXT_mesh_gpu_instancing|"sparse"\s*:'
 )
 _GLOSS = "KHR_materials_pbrSpecularGlossiness"
+_FAN = 6
 _HEAD = 20  # bytes of a GLB before its JSON, the last eight its size and kind
 
 
@@ -31,8 +32,10 @@ def mended(data: bytes, name: str) -> tuple[bytes, list[str]]:
         _show_diffuse(tree)
         _name_undecoded(tree)
         scaled = set(_scaled(tree))
-        if "POSITION" in scaled:  # taken for what they count, they would tear a scene apart
-            raise RejectedShapeError(f"{name} has normalized positions, which are not supported")
+        fans = ["triangle fans"] * any(p.get("mode") == _FAN for p in _primitives(tree))
+        # Positions that are taken for what they count would tear a scene apart.
+        if lost := fans + ["normalized positions"] * ("POSITION" in scaled):
+            raise RejectedShapeError(f"{name} has {lost[0]}, which are not supported")
         moved = ["KHR_texture_transform"] * (b"KHR_texture_transform" in data)
         misplaced = moved + ["normalized UVs"] * ("TEXCOORD_0" in scaled)
         return data if tree == before else _written(tree, data, end), misplaced
