@@ -6,8 +6,8 @@ import torch
 
 from ffd_lightning.checkpoint import load_model
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.inference import packed
-from ffd_lightning.inference.packed import write_packed
+from ffd_lightning.inference import export
+from ffd_lightning.inference.export import write_packed
 from ffd_lightning.inference.predictor import Predictor
 
 POINTS = 100
@@ -18,7 +18,7 @@ def written(joint_checkpoint, tmp_path_factory):
     """The joint checkpoint packed, with fewer points than it has."""
     out = tmp_path_factory.mktemp("packed") / "model.ckpt"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(packed, "NUM_POINTS", POINTS)
+        patch.setattr(export, "NUM_POINTS", POINTS)
         write_packed(joint_checkpoint, out)
     return out
 

@@ -29,7 +29,7 @@ _Files = dict[str, tuple[Path, list[Path]]]
 """By id: a shape's mesh file, and all files that may be read for it."""
 
 
-class _Category(NamedTuple):
+class Category(NamedTuple):
     """What a category's folder holds; orientations are of the shapes in the table alone."""
 
     files: _Files
@@ -57,7 +57,7 @@ class FolderSource(Source):
     def __init__(self, root: Path, up: Up = "y", yaw: float = 0.0) -> None:
         check_orientation(up, yaw)
         self.root, self.usual = Path(root), Orientation(up, yaw)
-        self._shapes: dict[str, _Category] = {}
+        self._shapes: dict[str, Category] = {}
 
     def categories(self) -> list[str]:
         """Return the categories that have a folder, sorted: synsets by the project's names."""
@@ -113,7 +113,7 @@ class FolderSource(Source):
         found = {i: unread(m) for i, m in meshes.items() if m.suffix.lower() in FOREIGN}
         return found | {i: f"{m.name} is empty" for i, m in meshes.items() if not m.stat().st_size}
 
-    def _of(self, category: str) -> _Category:
+    def _of(self, category: str) -> Category:
         """Return a category's shapes, looked for once."""
         if category not in self._shapes:
             folder = self._folder(category)
@@ -124,7 +124,7 @@ class FolderSource(Source):
                     f"the extension is one of {', '.join(e.lstrip('.') for e in EXTENSIONS)}"
                 )
             own = read_orientations(folder / ORIENTATIONS, files, self.usual)
-            self._shapes[category] = _Category(files, own)
+            self._shapes[category] = Category(files, own)
         return self._shapes[category]
 
     def _folders(self) -> list[str]:

@@ -8,13 +8,12 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from ffd_lightning.data.reading.files import digest_of_files, is_hidden
-from ffd_lightning.data.reading.materials import shown_on_white
-from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_mesh
-from ffd_lightning.data.reading.orientation import Up, check_orientation, orient
-from ffd_lightning.data.source import Source, SourceShape
+from ffd_lightning.data.reading.mesh_file import EXTENSIONS
+from ffd_lightning.data.reading.orientation import Up
+from ffd_lightning.data.sources.folder import Category, FolderSource
 
 
-class MeshFiles(Source):
+class MeshFiles(FolderSource):
     """Mesh files by their ids, see `name_files`, of one category, whatever it is called.
 
     Materials and textures are looked for beside a file and in the folders there.
@@ -26,34 +25,27 @@ class MeshFiles(Source):
     """
 
     def __init__(self, files: Mapping[str, Path], up: Up = "y", yaw: float = 0.0) -> None:
-        check_orientation(up, yaw)
-        self.files, self.up, self.yaw = dict(files), up, yaw
-        self._beside = {folder: _beside(folder) for folder in {f.parent for f in files.values()}}
+        super().__init__(Path(), up, yaw)
+        beside = {folder: _beside(folder) for folder in {f.parent for f in files.values()}}
+        self._found = Category({i: (f, beside[f.parent]) for i, f in files.items()}, {})
 
     def categories(self) -> list[str]:
         """Return none: any name will do."""
         return []
 
-    def shape_ids(self, category: str) -> list[str]:
-        """Return the ids, sorted."""
-        return sorted(self.files)
-
-    def load(self, category: str, shape_id: str) -> SourceShape:
-        """Return one shape; see `Source.load`."""
-        file = self.files[shape_id]
-        mesh, warnings = read_mesh(file, self._beside[file.parent])
-        mesh, white = shown_on_white(mesh)
-        return SourceShape(orient(mesh, self.up, self.yaw)).warned(*warnings, white)
-
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return how shapes are turned, and a hash over what is known of all files."""
-        others = ((str(file), file) for beside in self._beside.values() for file in beside)
+        found = self._found.files
+        others = {(str(file), file) for _, beside in found.values() for file in beside}
         facts = [
             (name, f"{(stat := file.stat()).st_size}\0{stat.st_mtime_ns}")
-            for name, file in sorted({*self.files.items(), *others})
+            for name, file in sorted({(i, f) for i, (f, _) in found.items()} | others)
         ]
-        turned = {"up": self.up, "yaw": self.yaw}
+        turned = self.usual._asdict()
         return {"source": "mesh_files", "loader": 4, "sha256": digest_of_files(facts), **turned}
+
+    def _of(self, category: str) -> Category:
+        return self._found
 
 
 def name_files(files: Iterable[Path]) -> dict[str, Path]:
