@@ -28,8 +28,13 @@ from ffd_lightning.nn.network import evaluating
 from ffd_lightning.progress import CountProgress
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.module import FfdModule
-from ffd_lightning.training.pictures import CLOUD_LEGEND, selection_bars, write_clouds
-from ffd_lightning.training.tensorboard import tensorboard_writer, write_histogram
+from ffd_lightning.training.tensorboard import (
+    CLOUD_LEGEND,
+    selection_bars,
+    tensorboard_writer,
+    write_clouds,
+    write_histogram,
+)
 
 _WARM_UP_STEPS = 5
 _KEPT_STEPS = 1000

@@ -14,8 +14,7 @@ from ffd_lightning.app.build import build_data, build_module, build_network
 from ffd_lightning.nn.network import FfdPrediction
 from ffd_lightning.training import callbacks
 from ffd_lightning.training.callbacks import Clock, Reconstructions, TemplateSelection, example_rows
-from ffd_lightning.training.pictures import CLOUD_LEGEND
-from ffd_lightning.training.tensorboard import StepLogger
+from ffd_lightning.training.tensorboard import CLOUD_LEGEND, StepLogger
 
 CLOUDS = f"table e t2: {CLOUD_LEGEND}/clouds"
 STEPS, EXAMPLES, SHOWN, TIMES = 8, 3, 2, 2

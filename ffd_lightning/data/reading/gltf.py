@@ -31,7 +31,8 @@ def mended(data: bytes, name: str) -> tuple[bytes, list[str]]:
         tree, before = (json.loads(data[_HEAD:end] if end else data) for _ in range(2))
         _show_diffuse(tree)
         _name_undecoded(tree)
-        scaled = set(_scaled(tree))
+        attributes = [item for p in _primitives(tree) for item in p["attributes"].items()]
+        scaled = {kind for kind, k in attributes if tree["accessors"][k].get("normalized")}
         fans = ["triangle fans"] * any(p.get("mode") == _FAN for p in _primitives(tree))
         # Positions that are taken for what they count would tear a scene apart.
         if lost := fans + ["normalized positions"] * ("POSITION" in scaled):
@@ -66,15 +67,6 @@ def _name_undecoded(tree: dict[str, Any]) -> None:
         if "source" not in texture and others:
             tree["images"].append({"uri": f"{others[0]}.png"})
             texture["source"] = len(tree["images"]) - 1
-
-
-def _scaled(tree: dict[str, Any]) -> Iterator[str]:
-    """Yield the attributes that are parts of 1, written as whole numbers."""
-    accessors = tree.get("accessors", ())
-    for primitive in _primitives(tree):
-        for kind, k in primitive["attributes"].items():
-            if accessors[k].get("normalized"):
-                yield kind
 
 
 def _primitives(tree: dict[str, Any]) -> Iterator[dict[str, Any]]:
