@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,8 +21,9 @@ PAPER = ("b", "w", "e", "r")
 HOLDS, FAILS, OPEN = "holds", "does not hold", "not decided"
 
 
+@cache
 def read(data: Path, name: str) -> Results:
-    """Read `<name>.zip`, or all files of the folder `<name>`, which are parts of one study."""
+    """Read once `<name>.zip`, or all files of the folder `<name>`, which are parts of one study."""
     files = [data / f"{name}.zip"] if (data / f"{name}.zip").is_file() else []
     files = files or sorted((data / name).glob("*.zip"))
     if not files:

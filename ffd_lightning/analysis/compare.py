@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from ffd_lightning.analysis.naming import SETTING, name_of, place
-from ffd_lightning.analysis.results import Results, deciding_settings
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.uncertainty import LEVEL, MARGIN, Pair, difference, holm
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Metric
@@ -70,7 +70,7 @@ def compare(
             f"{without.iloc[0]} has samples without {measure}: ffd evaluate "
             f"run={without.iloc[0]} (evaluation.references=true for what a network must beat)"
         )
-    settings = deciding_settings(results.settings) if alone else pd.DataFrame()
+    settings = results.deciding if alone else pd.DataFrame()
     settings = settings.loc[:, settings.nunique() > 1]
     floors = _floors(results, measure)
     needed = ["run", "seed", "category", "id", "view", measure, *names, *held]

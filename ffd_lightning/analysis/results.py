@@ -158,6 +158,11 @@ class Results:
         means["num_samples"] = groups.size()
         return self.runs.merge(means, on="run").astype({"seed": int, "templates": int})
 
+    @cached_property
+    def deciding(self) -> pd.DataFrame:
+        """What decides the runs, see `deciding_settings`."""
+        return deciding_settings(self.settings)
+
     @property
     def unscored(self) -> pd.DataFrame:
         """The other runs."""

@@ -12,7 +12,7 @@ from rich.console import RenderableType
 from ffd_lightning.analysis.budget import SHARES, error_budget
 from ffd_lightning.analysis.compare import compare, decide, is_mean, leads
 from ffd_lightning.analysis.naming import GROUP, differing, name_of, setting_labels
-from ffd_lightning.analysis.results import Results, deciding_settings
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.selection import selection_stability, selection_table
 from ffd_lightning.analysis.table import Cell, Table, number
 from ffd_lightning.analysis.uncertainty import MARGIN
@@ -315,7 +315,7 @@ def references(results: Results) -> Table | None:
 
 def differing_settings(results: Results) -> tuple[Table | None, list[str]]:
     """Return in what settings differ, beside category and seed, and what all of them share."""
-    values = deciding_settings(results.settings)
+    values = results.deciding
     different = [key for key in values if values[key].nunique() > 1]
     shared = [
         f"{key}={values[key].iloc[0]}" for key in sorted(set(values) - {*different, "category"})

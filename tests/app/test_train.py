@@ -214,7 +214,6 @@ def the_run(tmp_path):
 def test_kill_9_and_the_same_command_give_the_same_metrics(finished, prepared, data_root, tmp_path):
     arguments = command(tmp_path, data_root)[1:]
     kills = (
-        (3, "on_train_batch_start", 2),
         (4, "on_validation_start", 2),
         (6, "_save_checkpoint", 4),
     )
