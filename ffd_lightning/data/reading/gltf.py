@@ -48,16 +48,18 @@ def _show_diffuse(tree: dict[str, Any]) -> None:
 
     trimesh adds the colour of highlights, and takes a mesh's first coordinates.
     """
-    for k, material in enumerate(tree.get("materials", ())):
+    materials = tree.get("materials", [])
+    for material in materials:
         if (gloss := material.get("extensions", {}).pop(_GLOSS, None)) is not None:
             names = {"diffuseFactor": "baseColorFactor", "diffuseTexture": "baseColorTexture"}
             shown = {new: gloss[old] for old, new in names.items() if old in gloss}
             material["pbrMetallicRoughness"] = shown
+    for primitive in _primitives(tree):
+        material = materials[primitive["material"]] if "material" in primitive else {}
         texture = material.get("pbrMetallicRoughness", {}).get("baseColorTexture", {})
-        for primitive in _primitives(tree):
-            own = primitive["attributes"].get(f"TEXCOORD_{texture.get('texCoord', 0)}")
-            if primitive.get("material") == k and own is not None:
-                primitive["attributes"]["TEXCOORD_0"] = own
+        own = primitive["attributes"].get(f"TEXCOORD_{texture.get('texCoord', 0)}")
+        if own is not None:
+            primitive["attributes"]["TEXCOORD_0"] = own
 
 
 def _name_undecoded(tree: dict[str, Any]) -> None:
