@@ -23,7 +23,7 @@ HOLDS, FAILS, OPEN = "holds", "does not hold", "not decided"
 
 @cache
 def read(data: Path, name: str) -> Results:
-    """Read once `<name>.zip`, or all files of the folder `<name>`, which are parts of one study."""
+    """Read the results `<name>.zip`, or those of all files in the folder `<name>`; do it once."""
     files = [data / f"{name}.zip"] if (data / f"{name}.zip").is_file() else []
     files = files or sorted((data / name).glob("*.zip"))
     if not files:

@@ -21,6 +21,8 @@ _COARSE = 256  # points of a cloud for a first ranking
 _FINE = 1024
 _CANDIDATES = 16  # that the first ranking leaves
 _MEDOID_SHAPES = 512
+
+# The fit of the templates to one cloud
 _STEPS = 150
 _FIRST, _KEPT = 40, 4  # after so many steps, so many templates are fitted further
 _POINTS = 512  # of each cloud, drawn anew for each step

@@ -1,4 +1,4 @@
-"""A trained network to be handed on: a small checkpoint, or ONNX, checked first."""
+"""A trained network to be handed on: as a small checkpoint, or as ONNX, with its templates."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ffd_lightning.inference.files import write_file
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
 NUM_POINTS = 2048
-"""So many points of each template's cloud are kept. Predictions are of the meshes, kept whole."""
+"""Points of each template's cloud that a small checkpoint keeps; it keeps the meshes whole."""
 
 OUTPUTS = ("template_weights", "template_probs", "offsets")
 
