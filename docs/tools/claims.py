@@ -220,8 +220,11 @@ def collapse(results: Results) -> Verdict:
     runs = per_run(results.where(regime="b"))
     used, share = runs["effective_templates"], runs["effective_templates"] / runs["templates"]
     why = f"{used.min():.1f} to {used.max():.1f} of T = {runs['templates'].max()}"
-    word = _word((share < 1 / 4).all(), (share > 1 / 2).all())
-    return Verdict(word, f"b's effective templates: {why} in {len(runs)} runs")
+    few = (share < 1 / 4).sum()
+    word = _word(few == len(share), (share > 1 / 2).all())
+    return Verdict(
+        word, f"b's effective templates: {why}, less than a quarter in {few} of {len(runs)} runs"
+    )
 
 
 def opposite(results: Results) -> Verdict:

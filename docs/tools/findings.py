@@ -153,8 +153,9 @@ def setup(name: str, **where: Any) -> str:
         f"protocol `{kept.protocol.name}`",
         "; ".join(dict.fromkeys(about["processor"] for about in kept.about)),
     ]
-    commands = "\n".join(dict.fromkeys(line for a in kept.about for line in a["commands"]))
-    return f"{'; '.join(words)}.\n\n```\n{commands}\n```"
+    commands = dict.fromkeys(line for about in kept.about for line in about["commands"])
+    ordered = sorted(commands, key=lambda line: "=ranking" in line)  # these need others' rankings
+    return "\n".join([f"{'; '.join(words)}.\n\n```", *ordered, "```"])
 
 
 def scores(

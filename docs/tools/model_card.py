@@ -32,13 +32,13 @@ def measure(predictor: Predictor, prepared: PreparedSet, views: int) -> pd.DataF
     """Return a row per image."""
     bank, model = predictor.model.bank.lighter(_POINTS), predictor.model
     category = prepared.category(0)
-    own = torch.as_tensor(model.templates_of(category))
-    trained, rows = set(bank.ids), []
+    names = [name.removeprefix(f"{category}/") for name in bank.ids]
+    own, rows = model.templates_of(category), []
     with CountProgress(category, len(prepared), 0, True) as progress:
         for row in range(len(prepared)):
             progress.advance()
             target = torch.from_numpy(prepared.cloud(row, _POINTS))
-            other = [k for k in own.tolist() if bank.ids[k] != prepared.ids[row]]
+            other = [k for k in own if names[k] != prepared.ids[row]]
             as_it_is = 1000 * chamfer_distance(bank.points[other], target, "mean").min()
             for view in range(prepared.image_shape[0])[-views:]:
                 photo = predictor.frame(prepared.image(row, view))
@@ -62,7 +62,6 @@ def measure(predictor: Predictor, prepared: PreparedSet, views: int) -> pd.DataF
                         "best": float(errors.min()),
                         "as it is": float(as_it_is),
                         "azimuth": abs((turned + 180) % 360 - 180),
-                        "is template": prepared.ids[row] in trained,
                     }
                 )
     return pd.DataFrame(rows)

@@ -15,7 +15,6 @@ PAGES = sorted(
     + [ROOT / "benchmarks/README.md", ROOT / "ffd_lightning/pretrained/README.md"]
 )
 _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
-_LINK = re.compile(r"\]\(([^)\s]+)\)")
 
 
 def name(path):
@@ -25,12 +24,6 @@ def name(path):
 def blocks(path, language):
     """Return the fenced blocks of a language."""
     return [code for word, code in _BLOCK.findall(path.read_text("utf-8")) if word == language]
-
-
-def links(path):
-    """Return what a page links to, without what lies on the web."""
-    text = _BLOCK.sub("", path.read_text("utf-8"))
-    return [link.partition("#")[0] for link in _LINK.findall(text) if "://" not in link]
 
 
 def commands(path):

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 from commands import python
 from conftest import photo_in
-from docs.documents import PAGES, ROOT, blocks, commands, links, name
+from docs.documents import PAGES, ROOT, blocks, commands, name
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import OmegaConf
 
@@ -24,7 +24,7 @@ from ffd_lightning.app.studies import load_study
 from ffd_lightning.run_folder import RunFolder
 
 sys.path.insert(0, str(ROOT / "docs" / "tools"))
-from links import checkout, dead
+from links import checkout, dead, markdown
 
 HYDRA = {"train": ("train", TrainConfig), "prepare": ("prepare", PrepareCommandConfig)}
 # What only the reader has: parts of a package of theirs.
@@ -70,7 +70,8 @@ def test_a_written_command_is_understood(page, command, arguments):
 
 def test_links_lead_somewhere_and_every_picture_is_linked():
     assert [*dead(checkout())] == []
-    linked = {(page.parent / link).resolve() for page in PAGES for link in links(page)}
+    links = {page: markdown(page.read_text("utf-8"))[0] for page in PAGES}
+    linked = {(page.parent / link).resolve() for page in PAGES for link in links[page]}
     pictures = {path for path in (ROOT / "docs").rglob("*") if path.suffix in PICTURES}
     assert sorted(map(name, pictures - linked)) == []
     assert [name(x) for x in pictures if x.stat().st_size > 3e5] == [], "they are small"

@@ -172,6 +172,7 @@ def test_scores_come_back(small, tmp_path):
     assert (kept.curves.groupby("run")["step"].max() == 8).all()
     assert kept.curves["box_chamfer"].gt(0).all()
     assert len(together(kept, kept).samples) == 2 * len(kept.samples)
+    assert {*findings.study("joint").runs["category"]} == {"joint"}
 
 
 def test_the_same_study_gives_the_same_file_without_the_machines_folders(small, tmp_path):
