@@ -16,7 +16,6 @@ from .geometry.chamfer import chamfer_distance as chamfer_distance
 from .geometry.ffd import Lattice as Lattice
 from .geometry.ffd import deform as deform
 from .geometry.ffd import deformation_matrix as deformation_matrix
-from .geometry.ffd import fit_offsets as fit_offsets
 from .geometry.mesh import Mesh as Mesh
 from .imaging.camera import Camera as Camera
 from .imaging.render_settings import RenderSettings as RenderSettings

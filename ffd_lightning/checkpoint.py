@@ -25,7 +25,7 @@ from torch import Tensor, nn
 from ffd_lightning.components import Component
 from ffd_lightning.data.categories import ANY, members
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError, DataError, is_of_machine
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.nn import consensus
@@ -283,5 +283,7 @@ def read_checkpoint(checkpoint: Path) -> dict[str, Any]:
         raise ConfigError(
             f"there is no checkpoint {checkpoint}: train the run, or name one with checkpoint=FILE"
         ) from None
-    except Exception:  # unpickling meets anything in a damaged file
+    except Exception as error:  # unpickling meets anything in a damaged file
+        if is_of_machine(error):
+            raise ConfigError(f"the checkpoint {checkpoint} cannot be read: {error}") from None
         raise DataError(f"the checkpoint {checkpoint} is damaged or no checkpoint") from None

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ffd_lightning.analysis.naming import SETTING, name_of, place
+from ffd_lightning.analysis.naming import SETTING, name_of, own_names, place
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.uncertainty import LEVEL, MARGIN, Pair, difference, holm
 from ffd_lightning.errors import DataError
@@ -140,8 +140,7 @@ def _pairs(
         groups[label] = group.sort_values("seed")["run"].tolist()
     if len(groups) < 2:
         return []
-    # Trained together with other categories, a shape is called <category>/<id>.
-    part = part.assign(id=part["id"].str.removeprefix(f"{category}/"))
+    part = part.assign(id=own_names(part["id"], category))
     images = part.pivot(index=["id", "view"], columns="run", values=measure).dropna()
     shapes = images.groupby(level="id").mean()
     if len(shapes) < 2:

@@ -27,6 +27,14 @@ def differing(table: pd.DataFrame, columns: Sequence[str] = tuple(SETTING)) -> l
     return [name for name in columns if name in table and table[name].nunique() > 1]
 
 
+def own_names(names: pd.Series, category: str) -> pd.Series:
+    """Return ids of shapes or templates without the category that joint runs put before them.
+
+    A category of other data is called `<category> (<settings>)`.
+    """
+    return names.str.removeprefix(f"{category.partition(' (')[0]}/")
+
+
 def name_of(row: Mapping[Any, Any], columns: Sequence[str], long: bool = True) -> str:
     """Return the name that values of columns make; regimes have their long names.
 

@@ -206,13 +206,17 @@ def _read_kept(file: Path) -> Results:
         samples = samples.fillna({"family": "", "template_family": "", "variant": ""})
         settings = pd.read_csv(io.StringIO(text["settings.csv"])).set_index("run")
         shared = pd.DataFrame([about["settings"]] * len(settings), settings.index)
+        settings = pd.concat([settings, shared], axis=1)
         runs = samples[["run", *GROUP, "seed"]].drop_duplicates("run").reset_index(drop=True)
+        several = runs["run"].map(samples.groupby("run")["category"].nunique() > 1)
+        joint = runs["run"].map(settings["category.name"])  # a sample has its shape's own
+        runs["category"] = runs["category"].mask(several, joint)
         seconds = runs["run"].map(about.pop("seconds_per_step", {}))
         families = samples[samples["template_family"] != ""].groupby("run", sort=False)
         return Results(
             samples,
             runs.assign(state="finished", reason="", seconds_per_step=seconds),
-            pd.concat([settings, shared], axis=1),
+            settings,
             ProtocolDescription.from_json(about.pop("protocol")),
             {
                 str(run): dict(zip(part["template"], part["template_family"], strict=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import pandas as pd
@@ -30,8 +31,9 @@ def run_status(run: RunFolder) -> dict[str, object]:
     if state != "finished":
         done, total = progress.get("done", 0), progress.get("total")
         if progress.get("phase") == "evaluating":  # the samples that are scored
-            files = (run.path / "evaluation").rglob("samples.partial")
-            done = max((len(f.read_text("utf-8").splitlines()) - 1 for f in files), default=0)
+            with suppress(FileNotFoundError):  # it may end just now
+                files = (run.path / "evaluation").rglob("samples.partial")
+                done = max((len(f.read_text("utf-8").splitlines()) - 1 for f in files), default=0)
         share = done / total if total else None
     return {
         "run": str(run.path),

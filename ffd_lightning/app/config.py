@@ -301,7 +301,7 @@ class EvaluationConfig:
 
     Attributes:
         subset: which shapes; `val` leaves the test shapes for later.
-        workers: threads, 0 for one per core.
+        workers: threads, 0 for as many as torch takes.
     """
 
     settings_like: ClassVar[str] = "ffd_lightning.evaluation.evaluator:EvaluationOptions"

@@ -9,7 +9,8 @@ from typing import Any
 from ffd_lightning import components
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.checkpoint import encoder_component, load_weights, read_checkpoint
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.components import Component
+from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.inference.predictor import checkpoint_of
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
@@ -20,15 +21,11 @@ EMBEDDED = "embedded"
 
 
 def load_first_weights(encoder: ImageEncoder, weights: str) -> None:
-    """Give an encoder the weights that `encoder.weights` names."""
-    if weights == EMBEDDED:
-        _load_embedded(encoder)
-    elif weights != "none":
-        encoder.load_weights(weights)
-
-
-def _load_embedded(encoder: ImageEncoder) -> None:
-    """Give an encoder the weights that it has in the trained model that comes with the package."""
+    """Give an encoder the weights that `encoder.weights` names; embedded are the package's."""
+    if weights != EMBEDDED:
+        if weights != "none":
+            encoder.load_weights(weights)
+        return
     content = read_checkpoint(pretrained_model())
     there, asked = encoder_component(content["model"]), encoder.component
     recorded = (there.name, dict(there.settings)) if there else ("", {})
@@ -102,9 +99,13 @@ def leak_warning(
     ours = {"name": cfg.data.name, "seed": cfg.data.settings.get("seed")}
     if ours != {name: before.get(f"data.{name}") for name in ours}:
         return ""
-    prefix = "" if cfg.category.members else f"{cfg.category.name}/"
+    names = cfg.category.members or [cfg.category.name]
+    prefix = f"{names[0]}/" if len(names) == 1 else ""  # ids of several have their own
     first = {f"{name}/{i}": f"{name}/{j}" for name in twins for i, j in twins[name].items()}
-    known = {first.get(i, i) for i in _seen(model, before, twins)}
+    try:
+        known = {first.get(i, i) for i in _seen(cfg, model, before, twins)}
+    except UserError as error:  # its data is elsewhere
+        return f"whether shapes to test on trained the first weights is not known: {error}"
     seen = [i for i in tested if first.get(f"{prefix}{i}", f"{prefix}{i}") in known]
     if not seen:
         return ""
@@ -121,6 +122,7 @@ def leak_warning(
 
 
 def _seen(
+    cfg: TrainConfig,
     model: Mapping[str, Any],
     settings: Mapping[str, Any],
     twins: Mapping[str, Mapping[str, str]],
@@ -128,16 +130,20 @@ def _seen(
     """Return the shapes, `<category>/<id>`, that a model was trained or validated on."""
     from ffd_lightning.data.splits import SplitInput, make_split
 
-    def made(kind: str, group: str) -> Any:
+    def made(kind: str, group: str, ours: Component) -> Any:
         name = settings[f"{group}.name"]
+        given = dict(ours.settings) if ours.name == name else {}  # a record has no paths
         keys = {key: f"{group}.{key}" for key in components.settings(kind, name)}
-        own = {k: settings[v] for k, v in keys.items() if v in settings}
-        return components.make(kind, name, **own)
+        given |= {k: settings[v] for k, v in keys.items() if v in settings}
+        return components.make(kind, name, **given)
 
-    source, rule, seen = made("source", "data"), made("split", "split"), set()
+    source, rule = made("source", "data", cfg.data), made("split", "split", cfg.split)
+    seen: set[str] = set()
     for category in model["categories"]:
         ids, alike = tuple(source.shape_ids(category)), twins.get(category, {})
         subsets = rule(SplitInput(category, ids, (), source.split(category), alike))
         split = make_split(ids, subsets, settings["split.val_fraction"], alike)
         seen |= {f"{category}/{shape_id}" for shape_id in (*split.train, *split.val)}
-    return seen if "template_codes" in model else seen - set(model["templates"]["ids"])
+    own = f"{model['categories'][0]}/" if len(model["categories"]) == 1 else ""
+    templates = {f"{own}{i}" for i in model["templates"]["ids"]}
+    return seen if "template_codes" in model else seen - templates

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import getpass
 import hashlib
 import logging
+import os
 import tempfile
 import time
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ def gpu_slot(gpus: list[str], jobs_per_gpu: int, folder: Path | None = None) -> 
         jobs_per_gpu: how many jobs may share one.
         folder: where the locks are; a folder of the user's by default.
     """
-    folder = folder or Path(tempfile.gettempdir()) / f"ffd_lightning-gpus-{getpass.getuser()}"
+    folder = folder or Path(tempfile.gettempdir()) / f"ffd_lightning-gpus-{os.getuid()}"
     folder.mkdir(parents=True, exist_ok=True)
     names = [hashlib.sha256(gpu.encode()).hexdigest()[:16] for gpu in gpus]
     # All GPUs get one job before any gets a second.

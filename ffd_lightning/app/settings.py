@@ -37,7 +37,7 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
             raise ConfigError(f"{key}= is given twice")
         if value == "":
             raise ConfigError(f"{key}= is empty: give a value, or leave it out")
-        given[key] = _value(value, known.get(key, Setting(str)).hint)
+        given[key] = read_value(value, known.get(key, Setting(str)).hint)
     settings: _Settings = components.build(schema, given, "")
     return settings
 
@@ -60,7 +60,7 @@ def read_options(
     return options, words
 
 
-def _value(text: str, hint: Any) -> Any:
+def read_value(text: str, hint: Any) -> Any:
     """Return what a user wrote, of whatever type the setting has."""
     # Names of files may hold what means something to YAML: they are taken as they are.
     if hint is str or (hint == str | None and text != "null"):

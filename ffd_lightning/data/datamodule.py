@@ -253,8 +253,8 @@ class FfdDataModule(LightningDataModule):
         split: ids of each subset, after `setup`.
         variants: ids of the variants that are trained on beside the training shapes, after `setup`:
             of all shapes that the split gives to training, also of those that become templates.
-        seen_twins: ids of the shapes that are not trained on, but have a near copy that is, or is a
-            template, after `setup`; see `data.twins`.
+        seen_twins: ids of the shapes that are not trained on, but have a near copy that is, or that
+            is held out as a template, after `setup`; see `data.twins`.
     """
 
     prepared: PreparedSet
@@ -344,7 +344,7 @@ class FfdDataModule(LightningDataModule):
             return
         found = zip(*map(self._member, self.preparations), strict=True)
         sets, templates, splits, variants, seen = found
-        self.prepared = PreparedSet.join(sets)
+        self.prepared = PreparedSet.open(*(each.path for each in sets))
         self.variants, self.seen_twins = self._ids(variants), frozenset(self._ids(seen))
         self.split = Split(*(self._ids(subsets) for subsets in zip(*splits, strict=True)))
         chosen = self._ids(templates)

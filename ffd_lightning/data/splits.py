@@ -1,7 +1,7 @@
 """Which shapes are trained on, validated on and tested on.
 
-A rule assigns each shape to a subset; `make_split` leaves the templates out of all three, and sets
-a part of the training shapes aside to validate on where the rule names none.
+A rule assigns each shape to a subset; `make_split` sets a part of the training shapes aside to
+validate on where the rule names none, and `Split.without` leaves the templates out.
 """
 
 from __future__ import annotations

@@ -221,37 +221,6 @@ def deform(
     return points.reshape(*lead, *points.shape[1:])
 
 
-def fit_offsets(
-    matrix: Float[Tensor, "*batch num_points num_control_points"],
-    control_points: Float[Tensor, "*batch num_control_points 3"],
-    target_points: Float[Tensor, "*batch num_points 3"],
-    ridge: float = 1e-6,
-) -> Float[Tensor, "*batch num_control_points 3"]:
-    r"""Return the offsets (*batch, M, 3) that carry points onto targets, by least squares.
-
-    $$ \Delta P = (B^\top B + \rho N I)^{-1} B^\top (Y - B P) $$
-
-    Solved in float64. The ridge keeps control points without points near them at rest; plain
-    least squares lets them drift by tens of box sizes.
-
-    Args:
-        matrix: B, (*batch, N, M).
-        control_points: P, (*batch, M, 3).
-        target_points: Y, (*batch, N, 3), one for each row of B.
-        ridge: rho, relative to the number of points; above 0, as most shapes' systems are singular.
-
-    >>> fit_offsets(torch.eye(2), torch.zeros(2, 3), torch.ones(2, 3)).round(decimals=3)
-    tensor([[1., 1., 1.],
-            [1., 1., 1.]])
-    """
-    basis, rest = matrix.double(), control_points.double()
-    residual = target_points.double() - basis @ rest
-    num_points, num_control = basis.shape[-2:]
-    eye = torch.eye(num_control, dtype=basis.dtype, device=basis.device)
-    normal = basis.mT @ basis + ridge * num_points * eye
-    return torch.linalg.solve(normal, basis.mT @ residual).to(matrix.dtype)
-
-
 def bending_energy(
     offsets: Float[Tensor, "*batch num_control_points 3"], degrees: Degrees
 ) -> Float[Tensor, "*batch"]:

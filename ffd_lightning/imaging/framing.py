@@ -105,7 +105,8 @@ def frame_photo(
     else:
         by_alpha = photo.mode == "RGBA" and np.asarray(photo)[..., 3].min() < 128
         cut = _cut_by_alpha(photo) if by_alpha else _cut_by_border(photo, fill * height)
-        if photo.size == (width, height) and _is_training_image(cut, photo, whole):
+        whole_size = cut.coverage.shape == (height, width)  # large ones are reduced to be cut out
+        if whole_size and photo.size == (width, height) and _is_training_image(cut, photo, whole):
             rgb = cut.rgb if photo.mode == "RGBA" else np.asarray(photo)
             step = "taken as it is: of the network's size, on white and framed already"
             return FramedPhoto(np.dstack([rgb, cut.coverage]), (step,), ())

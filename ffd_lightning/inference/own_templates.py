@@ -106,7 +106,7 @@ def of_files(
         given = (source, category, points, model.render, Path(root).expanduser())
         preparations.append(Preparation(*given, workers=workers, progress=progress))
     new = progress and not all(preparation.target.exists() for preparation in preparations)
-    prepared = PreparedSet.join([preparation.run() for preparation in preparations])
+    prepared = PreparedSet.open(*(preparation.run().path for preparation in preparations))
     own = of_prepared(model, prepared, prepared.ids)
     category, *others = found
     if not others and len(model.categories) > 1 and category in model.categories:
@@ -222,9 +222,10 @@ def check_apart(places: Places, **written: str | Path) -> None:
     Raises:
         ConfigError: one of them lies in a folder of templates.
     """
-    for place in map(Path, [places] if isinstance(places, str | Path) else places):
+    for place in [places] if isinstance(places, str | Path) else places:
         for setting, folder in written.items():
-            if place.is_dir() and _absolute(folder).is_relative_to(_absolute(place)):
+            inside = _absolute(folder).is_relative_to(_absolute(place))
+            if inside and _absolute(place).is_dir():
                 raise ConfigError(
                     f"{setting}={folder} lies in templates={place}, all of whose meshes are taken: "
                     f"choose another {setting}=, or work in another folder"
@@ -265,6 +266,8 @@ def _sources(
                 raise ConfigError(f"templates={place}: no mesh files there")
             files += meshes
     if files:
+        if "files" in found:
+            raise ConfigError("templates: files beside a folder called files: rename the folder")
         found["files"] = MeshFiles(name_files(files), up, yaw)
     if not found:
         raise ConfigError("templates=[] names no meshes")

@@ -146,16 +146,18 @@ def test_other_settings_must_be_equal():
     assert len(compare(other, "chamfer", ["regime", "templates", "variant"])) == 1, "as a whole"
 
 
-def test_shapes_of_joint_runs_are_the_same_shapes():
+@pytest.mark.parametrize("data", ["", " (data.seed=1)"])
+def test_shapes_of_joint_runs_are_the_same_shapes(data):
     x = np.linspace(1, 2, 20)
     together = [
-        run_samples(x, category=c).assign(run="joint", variant="category=joint")
+        run_samples(x, category=c + data).assign(run="joint", variant="category=joint")
         for c in ("table", "sofa")
     ]
-    for part in together:
-        part["id"] = part["category"] + "/" + part["id"]
-    (row,) = compared(run_samples(x + 0.5), *together, by="variant").to_dict("records")
-    assert (row["category"], row["num_samples"]) == ("table", 20)
+    for part, category in zip(together, ("table/", "sofa/"), strict=True):
+        part["id"] = category + part["id"]
+    alone = run_samples(x + 0.5, category="table" + data)
+    (row,) = compared(alone, *together, by="variant").to_dict("records")
+    assert (row["category"], row["num_samples"]) == ("table" + data, 20)
     assert row["difference"] == pytest.approx(-0.5)
 
 

@@ -14,6 +14,7 @@ from ffd_lightning.app.build import build_data
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig, TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
+from ffd_lightning.app.first_weights import leak_warning
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation import evaluator
@@ -206,3 +207,8 @@ def test_other_templates(tmp_path):
     with pytest.raises(ConfigError, match="among the templates"):
         scored(root)
     assert samples(run) == before
+    again = [*tiny, *own, *few[:-1], "split.train_fraction=0.3", f"network.weights={run.path}"]
+    fewer = typed_config(compose_config("train", TrainConfig, again), TrainConfig)
+    assert f"of 12 shapes to test on, {12 - len(test)} trained" in leak_warning(fewer, [*everything])
+    shutil.rmtree(root)
+    assert "is not known" in leak_warning(fewer, [*everything])

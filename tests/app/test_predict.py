@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 import trimesh
 from commands import ROOT, run_command, wait_for
 from conftest import TRESTLE
@@ -20,6 +21,7 @@ from ffd_lightning.app.settings import read_settings
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import lock_folder
+from ffd_lightning.geometry.ffd import Lattice, deform, deformation_matrix
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.predictor import Predictor
 
@@ -123,8 +125,12 @@ def test_the_record_suffices_to_make_the_mesh_again(written):
     assert content["template"]["id"] == reconstruction.template_id
     assert list(content["weights"].values()) == sorted(content["weights"].values(), reverse=True)
     assert sum(content["weights"].values()) == pytest.approx(1, abs=1e-5)
-    offsets = np.array(content["offsets"], np.float32)
-    np.testing.assert_allclose(offsets, reconstruction.offsets[reconstruction.index], atol=1e-6)
+    box, offsets = content["lattice"], np.array(content["offsets"])
+    assert box["degrees"] == [3, 3, 3]
+    lattice = Lattice(torch.tensor(box["origin"]), torch.tensor(box["axes"]).diagonal())
+    matrix = deformation_matrix(torch.from_numpy(reconstruction.template.vertices), lattice)
+    moved = deform(matrix, lattice.control_points(), torch.from_numpy(offsets))
+    np.testing.assert_allclose(moved, reconstruction.mesh.vertices, atol=1e-5)
     assert content["image"]["steps"] == list(reconstruction.photo.steps)
     assert content["trained_on"]["categories"] == ["table"]
     assert "azimuth 45 " in content["trained_on"]["views"]

@@ -29,7 +29,7 @@ def members(data_root):
 
 @pytest.fixture(scope="module")
 def joined(members):
-    return PreparedSet.join(members)
+    return PreparedSet.open(*(member.path for member in members))
 
 
 def test_rows_are_the_members_end_to_end(joined, members):
@@ -58,7 +58,7 @@ def test_rows_are_the_members_end_to_end(joined, members):
 def test_sets_that_do_not_go_together(members, data_root):
     other = preparation("sofa", data_root, points=128).run()
     with pytest.raises(DataError, match=r"cannot be joined.*256\).*128\)"):
-        PreparedSet.join([members[0], other])
+        PreparedSet.open(members[0].path, other.path)
 
 
 def module(root, categories=NAMES, **settings):

@@ -88,6 +88,8 @@ def test_a_rendered_image_reaches_the_network_unchanged(tmp_path, shape, camera)
 def test_what_only_has_the_size_of_a_training_image_is_framed():
     for picture in (np.roll(rendering(), 40, axis=1), np.minimum(rendering()[..., :3], 200)):
         assert "cropped" in frame(picture).steps[-2]
+    large = frame_photo(rendering(768)[..., :3], height=768, width=1024, fill=FILL)
+    assert large.image.shape == (768, 1024, 4)
 
 
 @pytest.mark.parametrize(

@@ -148,6 +148,7 @@ def test_mistakes_are_named(model, folder, tmp_path, checkpoint):
         (folder / "broken.stl", DataError, "broken"),
         (tmp_path, ConfigError, "data_root=.* lies in"),
         ([folder, shutil.copytree(folder, tmp_path / "x" / folder.name)], ConfigError, "rename"),
+        ([shutil.copytree(folder, tmp_path / "files"), folder / "low.obj"], ConfigError, "beside"),
         ({}, ConfigError, "no meshes"),
         ([flat], ConfigError, "a Trimesh without a name"),
         ({"a": "a.obj"}, ConfigError, "files as a list"),

@@ -52,9 +52,6 @@ def test_a_checkpoint_alone_predicts_what_the_run_predicts(tiny_run, tmp_path, m
     assert found.bank.ids == run.data.bank.ids
     np.testing.assert_allclose(found.weights, expected.weights[0], atol=ROUNDING)
     np.testing.assert_allclose(found.offsets, expected.offsets[0], atol=ROUNDING)
-    # Both select the heaviest template, which is the same one unless two weigh the same.
-    assert found.index == found.weights.argmax()
-    assert expected.selected[0] == expected.weights[0].argmax()
 
 
 def test_the_mesh_is_the_subdivided_template_deformed(reconstruction):

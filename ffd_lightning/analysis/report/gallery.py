@@ -15,7 +15,7 @@ from ffd_lightning.analysis.figures.examples import (
     picked,
     reconstruct,
 )
-from ffd_lightning.analysis.naming import GROUP, differing, name_of
+from ffd_lightning.analysis.naming import GROUP, differing, name_of, own_names
 from ffd_lightning.analysis.report.meshes import PackedMesh, light_template, lighten, pack
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import number
@@ -101,8 +101,7 @@ def _chosen(
     results: Results, opened: Opened, category: str, samples: pd.DataFrame, count: int
 ) -> list[tuple[str, dict[str, Example]]]:
     """Return images of a category from the best to the worst, as each run reconstructs them."""
-    # Trained together with other categories, a shape is called <category>/<id>.
-    bare = samples.assign(id=samples["id"].str.removeprefix(f"{category}/"))
+    bare = samples.assign(id=own_names(samples["id"], category))
     order = in_order(bare, results.protocol.main_metric).index.tolist()
     if not order:
         raise DataError("the runs share no test images")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ffd_lightning.analysis.naming import SETTING, differing, name_of
+from ffd_lightning.analysis.naming import SETTING, differing, name_of, own_names
 from ffd_lightning.analysis.report.gallery import Opened, data_uri, rendered
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.imaging.camera import Camera
@@ -24,8 +24,7 @@ def bars(results: Results) -> dict[str, Any]:
     by = differing(results.scored) or ["regime"]
     found = []
     for category, part in results.samples.groupby("category", sort=False):
-        # Trained together with other categories, a template is called <category>/<id>.
-        part = part.assign(template=part["template"].str.removeprefix(f"{category}/"))
+        part = part.assign(template=own_names(part["template"], str(category)))
         counts = part.groupby(["run", "template"]).size().unstack(fill_value=0)
         shares = counts.div(counts.sum(axis=1), axis=0)
         firsts = part.drop_duplicates("run").set_index("run")

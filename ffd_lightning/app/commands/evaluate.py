@@ -9,11 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import yaml
-
 from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
-from ffd_lightning.app.settings import read_options
+from ffd_lightning.app.settings import read_options, read_value
+from ffd_lightning.components import settings_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
@@ -81,10 +80,8 @@ def read_config(words: Sequence[str], config_dir: str | None = None) -> Evaluate
     files = {k: v for k, _, v in (word.partition("=") for word in words) if k in _FILES and v}
     rest = [word for word in words if word.partition("=")[0] not in files]
     composed = compose_config("evaluate", EvaluateConfig, rest, config_dir)
-    for key, name in files.items():  # names of files are taken as they are
-        composed[key] = None if name == "null" else name
-    if isinstance(one := composed["templates"], str):
-        composed["templates"] = yaml.safe_load(one) if one.startswith("[") else [one]
+    for key, text in files.items():
+        composed[key] = read_value(text, settings_of(EvaluateConfig)[key].hint)
     return typed_config(composed, EvaluateConfig)
 
 
@@ -121,12 +118,14 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     subset: str = cfg.evaluation.subset
     if cfg.prepared is not None:
         other = PreparedSet.open(Path(cfg.prepared)).originals
-        rows = [k for k, i in enumerate(other.ids) if i not in opened.data.bank.ids]
+        prefix = f"{other.category(0)}/" if len(opened.data.categories) > 1 else ""
+        ids = [f"{prefix}{i}" for i in other.ids]  # as the run has them
+        rows = [k for k, i in enumerate(ids) if i not in opened.data.bank.ids]
         tested_on = Subset(other, np.asarray(rows, np.int64))
         subject = replace(subject, tested_on=tested_on, twins=frozenset())
         subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
         known = {*opened.data.split.train, *opened.data.split.val}
-        if seen := sum(other.ids[row] in known for row in rows):
+        if seen := sum(ids[row] in known for row in rows):
             log.warning(
                 "%d of %d shapes have ids of shapes that the run was trained or validated on: such "
                 "scores say nothing of new shapes",

@@ -21,9 +21,10 @@ from ffd_lightning.app.config import TemplateSettings
 from ffd_lightning.app.own_templates import named_templates
 from ffd_lightning.components import Range
 from ffd_lightning.errors import ConfigError, UserError
+from ffd_lightning.evaluation.samples import Subset
 from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.inference.viewer.server import import_viser, start
-from ffd_lightning.inference.viewer.shared import Photo, Shapes, Shared
+from ffd_lightning.inference.viewer.shared import Photo, Shared
 from ffd_lightning.run_folder import RunFolder
 
 MAIN = "run"
@@ -86,7 +87,7 @@ def open_shared(settings: Settings) -> Shared:
         try:
             data = open_data(RunFolder(path), settings.data_root)
             data.setup()
-            shapes, note = Shapes(data.prepared, data.split.test), ""
+            shapes, note = Subset(data.prepared, data.rows(data.split.test)), ""
         except UserError as error:
             note = f"No test shapes, photos only: {error}"
     if settings.image is None:

@@ -12,7 +12,6 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning import shapes
@@ -172,18 +171,13 @@ def _poses(meshes: Sequence[tuple[str, Mesh]], cameras: Sequence[Camera]) -> Ima
     cells, labels = [], []
     for (name, mesh), own in zip(meshes, cameras, strict=True):
         for camera in (*_SIDES.values(), own):
-            cells.append(_drawn(mesh, camera))
+            image = render(mesh, camera, height=_HEIGHT, width=_WIDTH, samples=2)
+            uncovered = 1 - image[..., 3:] / 255  # over grey
+            over_grey = image[..., :3] - uncovered * (255 - np.array(_GREY))
+            cells.append(np.clip(np.round(over_grey), 0, 255).astype(np.uint8))
         labels += [name, *[""] * len(_SIDES)]
     heads = [*_SIDES, "as its first image"]
     return grid(cells, len(heads), labels, heads, _FONT)
-
-
-def _drawn(mesh: Mesh, camera: Camera) -> NDArray[np.uint8]:
-    """Draw a mesh over grey."""
-    image = render(mesh, camera, height=_HEIGHT, width=_WIDTH, samples=2)
-    uncovered = 1 - image[..., 3:] / 255
-    over_grey = image[..., :3] - uncovered * (255 - np.array(_GREY))
-    return np.clip(np.round(over_grey), 0, 255).astype(np.uint8)
 
 
 def _headed(sheet: Image.Image, title: str, note: str) -> Image.Image:

@@ -8,13 +8,11 @@ process ever sees half a set.
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import json
 import multiprocessing
 import pickle
 import sys
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -41,8 +39,6 @@ from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.parallel import available_cores
 from ffd_lightning.progress import CountProgress
 from ffd_lightning.terminal import counted
-
-_PACKAGES = ("ffd_lightning", "numpy", "embreex")
 
 
 @dataclass(frozen=True)
@@ -110,7 +106,7 @@ class Preparation:
             shape_id = name.removeprefix(f"{self.category}/")
             if shape_id in there:
                 own.add(shape_id)
-            elif name.partition("/")[0] not in self.source.categories():
+            elif shape_id != name or name.partition("/")[0] not in self.source.categories():
                 raise ConfigError(
                     f"data.leave_out: there is no shape {name!r} of {self.category}."
                     f"{did_you_mean(shape_id, ids)}"
@@ -323,13 +319,8 @@ def _write_manifest(
             part_names |= dict.fromkeys(arrays["part_names"].tolist())
             if lines := str(arrays["warning"]).splitlines():
                 warnings[shape_id] = lines
-    versions = {}
-    for package in _PACKAGES:
-        with suppress(importlib.metadata.PackageNotFoundError):
-            versions[package] = importlib.metadata.version(package)
     manifest = {
         "settings": settings,
-        "versions": versions,
         "sha256": digest_of([settings, good]),
         "image_shape": image_shape,
         "part_names": list(part_names),

@@ -50,7 +50,7 @@ class PreparedSet:
 
     Attributes:
         paths: the folder of each category.
-        manifests: of each: settings, versions, what is known of all its shapes, checksum.
+        manifests: of each: settings, what is known of all its shapes, checksum.
         taken: which of the folders' shapes are in this set, as `without` chose; None for all.
     """
 
@@ -74,11 +74,6 @@ class PreparedSet:
                     f"points are {sizes[0]} and {size}"
                 )
         return found
-
-    @classmethod
-    def join(cls, sets: Sequence[PreparedSet]) -> PreparedSet:
-        """Return sets as one; see `open`."""
-        return cls.open(*(path for each in sets for path in each.paths))
 
     def without(self, exclude: Collection[str]) -> PreparedSet:
         """Return the set without the shapes of some ids; nothing is copied."""

@@ -173,7 +173,7 @@ class ShapeNetSource(Source):
             return None
         annotated = self.parts.synsets()
         if not annotated:
-            self.parts.ids(category)  # raises: the folder is not what the user meant
+            self.parts.fingerprint(category)  # raises: the folder is not what the user meant
         return self.parts if SYNSETS.get(category, category) in annotated else None
 
     def _places(self) -> dict[str, Path]:

@@ -47,12 +47,8 @@ class PartAnnotations:
         """Return the categories that are annotated, sorted."""
         return [synset for synset in _PARTS if self._folder(synset) is not None]
 
-    def ids(self, category: str) -> list[str]:
-        """Return the ids of the shapes that are annotated, sorted; a DataError without any."""
-        return sorted(self._sizes(category))
-
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return a hash over names and sizes of files; a DataError as `ids`."""
+        """Return a hash over names and sizes of files; a DataError without any."""
         digest = digest_of_files(sorted(self._sizes(category).items()))
         return {"layout": NAME, "loader": _LOADER_VERSION, "sha256": digest}
 

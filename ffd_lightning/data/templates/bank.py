@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -30,39 +30,31 @@ _KEPT = 100  # subdivided meshes, with their B some 15 MB each
 _DIVISIONS = 2  # of a small face's edges, where its texture is averaged
 
 
-class _PreparedMeshes(Sequence[Mesh]):
-    """Meshes of a prepared set's shapes; each is read when it is asked for, and kept."""
+class _LazyMeshes(Sequence[Mesh]):
+    """Meshes that are made of their keys when they are asked for, and kept."""
 
-    def __init__(self, prepared: PreparedSet, rows: Sequence[int]) -> None:
-        self._prepared, self._rows = prepared, rows
-        self._read: dict[int, Mesh] = {}
-
-    def __len__(self) -> int:
-        return len(self._rows)
-
-    def __getitem__(self, index: Any) -> Any:
-        row = self._rows[index]
-        if row not in self._read:
-            self._read[row] = self._prepared.mesh(row)
-        return self._read[row]
-
-
-class _JoinedMeshes(Sequence[Mesh]):
-    """Meshes of two banks, their parts renamed; each is read when it is asked for."""
-
-    def __init__(self, origins: Sequence[tuple[TemplateBank, int]], names: tuple[str, ...]) -> None:
-        self._origins, self._names = origins, names
+    def __init__(self, make: Callable[[Any], Mesh], keys: Sequence[Any]) -> None:
+        self._make, self._keys = make, keys
+        self._made: dict[int, Mesh] = {}
 
     def __len__(self) -> int:
-        return len(self._origins)
+        return len(self._keys)
 
     def __getitem__(self, index: Any) -> Any:
-        bank, row = self._origins[index]
-        mesh = bank.meshes[row]
-        if mesh.face_parts is None:
-            return mesh
-        parts = renumber_parts(mesh.face_parts, bank.part_names, self._names)
-        return replace(mesh, face_parts=parts, part_names=self._names)
+        key = self._keys[index]
+        if index not in self._made:
+            self._made[index] = self._make(key)
+        return self._made[index]
+
+
+def _renamed(names: tuple[str, ...], origin: tuple[TemplateBank, int]) -> Mesh:
+    """Return a mesh of a bank, its parts numbered by other names."""
+    bank, row = origin
+    mesh = bank.meshes[row]
+    if mesh.face_parts is None:
+        return mesh
+    parts = renumber_parts(mesh.face_parts, bank.part_names, names)
+    return replace(mesh, face_parts=parts, part_names=names)
 
 
 @dataclass(eq=False, repr=False)
@@ -113,7 +105,7 @@ class TemplateBank:
             tuple(ids),
             tuple(prepared.families[r] for r in rows),
             torch.from_numpy(np.stack([prepared.cloud(r) for r in rows])),
-            _PreparedMeshes(prepared, rows),
+            _LazyMeshes(prepared.mesh, rows),
             np.stack(parts) if parts else None,
             prepared.part_names,
             degrees,
@@ -251,7 +243,7 @@ class TemplateBank:
             ids=tuple(bank.ids[k] for bank, k in taken),
             families=tuple(bank.families[k] for bank, k in taken),
             points=torch.stack([bank.points[k, :count] for bank, k in taken]),
-            meshes=_JoinedMeshes(taken, names),
+            meshes=_LazyMeshes(partial(_renamed, names), taken),
             point_parts=parts if names else None,
             part_names=names,
             boxes=torch.stack([torch.stack([box.origin, box.size]) for box in lattices]),
@@ -273,16 +265,18 @@ class TemplateBank:
         fine = replace(fine, face_colors=mean_colors(fine, _DIVISIONS))
         matrix = deformation_matrix(torch.from_numpy(fine.vertices), self.lattices[index]).float()
         if len(self._subdivided) >= _KEPT:
-            self._subdivided.pop(next(iter(self._subdivided)), None)
+            oldest, *_ = [*self._subdivided]  # a copy: other threads may add meanwhile
+            self._subdivided.pop(oldest, None)
+            self._edges.pop(oldest, None)
         self._subdivided[index] = fine, matrix
         return fine, matrix
 
     def edges(self, index: int) -> NDArray[np.int64]:
         """Return the edges of a template's subdivided mesh, (E, 2)."""
-        if index not in self._edges:
+        if (known := self._edges.get(index)) is None:
             mesh, _ = self.subdivided(index)
-            self._edges[index] = unique_edges(mesh.vertices, mesh.faces)
-        return self._edges[index]
+            known = self._edges[index] = unique_edges(mesh.vertices, mesh.faces)
+        return known
 
     def deformed_mesh(self, index: int, offsets: Float[Tensor, "control 3"]) -> Mesh:
         """Return a template's subdivided mesh, deformed by offsets (M, 3)."""

@@ -89,7 +89,7 @@ class PaperTemplates:
 
         The first t of a larger choice are the choice of t.
         """
-        category, held = _category(prepared), set(prepared.whole.ids)
+        category, held = prepared.category(0), set(prepared.whole.ids)
         known = paper_templates(category)
         if not known:
             raise ConfigError(
@@ -111,7 +111,7 @@ class AutoTemplates:
     def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
         """See `PaperTemplates` and `MedoidTemplates`."""
         source = prepared.manifests[0]["settings"]["source"].get("source")
-        of_paper = source == "shapenet" and paper_templates(_category(prepared))
+        of_paper = source == "shapenet" and paper_templates(prepared.category(0))
         return (PaperTemplates() if of_paper else MedoidTemplates())(prepared, count)
 
 
@@ -130,7 +130,7 @@ class ListedTemplates:
 
     def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
         """See `TemplateStrategy`."""
-        file = Path(str(self.file).replace("{category}", _category(prepared))).expanduser()
+        file = Path(str(self.file).replace("{category}", prepared.category(0))).expanduser()
         ids = tuple(dict.fromkeys(_listed(file)))[:count]
         if len(ids) < count:
             raise ConfigError(
@@ -150,7 +150,3 @@ def _listed(file: Path) -> list[str]:
     else:
         found = [line.split("#")[0].strip() for line in lines]
     return [shape_id for shape_id in found if shape_id]
-
-
-def _category(prepared: PreparedSet) -> str:
-    return "+".join(prepared.categories)

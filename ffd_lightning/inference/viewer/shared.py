@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.samples import Subset
 from ffd_lightning.imaging.framing import Box, FramedPhoto
 from ffd_lightning.imaging.photos import over_white, read_photo
 from ffd_lightning.imaging.rendering import render
@@ -26,14 +26,6 @@ from ffd_lightning.terminal import counted
 _HEIGHT, _WIDTH = 144, 192  # pixels of a template's picture
 _SMALL, _RED = (320, 320), (213, 94, 0)  # a photograph in the panel, in pixels; its box
 _EDGE = 0.05  # longest edge that is drawn; cubic bends over it differ by less than a pixel
-
-
-@dataclass(frozen=True)
-class Shapes:
-    """The test shapes of a run: the set that they are in, and their ids as they are listed."""
-
-    prepared: PreparedSet
-    ids: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -73,7 +65,7 @@ class Shared:
     def __init__(
         self,
         predictor: Predictor,
-        shapes: Shapes | None = None,
+        shapes: Subset | None = None,
         photo: Photo | None = None,
         note: str = "",
     ) -> None:
@@ -87,7 +79,9 @@ class Shared:
         absent = set() if predictor.knows_side else {"photo"}
         absent |= set() if model.bank.part_names else {"parts"}
         self.colors: list[str] = [c for c in get_args(MeshColors) if c not in absent]
-        self.shape_ids = () if shapes is None else shapes.ids
+        self.shape_ids = (
+            () if shapes is None else tuple(shapes.prepared.ids[k] for k in shapes.rows)
+        )
         self.views = 1 if shapes is None else shapes.prepared.image_shape[0]
         self._predictor, self._shapes = predictor, shapes
         self._display = model.bank.lighter(NUM_POINTS, max(_EDGE, model.bank.max_edge))
