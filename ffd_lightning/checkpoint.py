@@ -81,7 +81,7 @@ class TrainedModel:
         """
         if len(self.categories) == 1:
             return self.categories * len(self.bank)
-        own = (shape_id.partition("/")[0] for shape_id in self.bank.ids)
+        own = (shape_id.rpartition("/")[0].partition("/")[0] for shape_id in self.bank.ids)
         return tuple(name if name in self.categories else ANY for name in own)
 
     def with_codes(

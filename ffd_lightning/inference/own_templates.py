@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ffd_lightning import __version__
 from ffd_lightning.checkpoint import TrainedModel
 from ffd_lightning.data.categories import SYNSETS, name_of
-from ffd_lightning.data.preparation.overview import sheet_of
+from ffd_lightning.data.preparation.overview import count_warnings, sheet_of
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet, digest_of
 from ffd_lightning.data.reading.files import is_hidden
@@ -114,6 +114,8 @@ def of_files(
         own = replace(own, bank=replace(own.bank, ids=ids))
     if not new:  # else the preparation has said it
         _warn_of_rejected(prepared.rejected)
+        if kinds := count_warnings(prepared):
+            _warn(f"templates: {kinds}")
     sheets = [str(sheet) for path in prepared.paths if (sheet := sheet_of(path)).is_file()]
     _warn_of_turn(model.bank, own.bank, up, yaw, sheets)
     return own

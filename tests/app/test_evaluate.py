@@ -209,6 +209,8 @@ def test_other_templates(tmp_path):
     assert samples(run) == before
     again = [*tiny, *own, *few[:-1], "split.train_fraction=0.3", f"network.weights={run.path}"]
     fewer = typed_config(compose_config("train", TrainConfig, again), TrainConfig)
-    assert f"of 12 shapes to test on, {12 - len(test)} trained" in leak_warning(fewer, [*everything])
+    assert f"of 12 shapes to test on, {12 - len(test)} trained" in leak_warning(
+        fewer, [*everything]
+    )
     shutil.rmtree(root)
     assert "is not known" in leak_warning(fewer, [*everything])

@@ -145,7 +145,7 @@ def test_the_record_suffices_to_make_the_mesh_again(written):
 
 
 def test_files_folders_patterns_and_lists(tmp_path):
-    for name in ("b.png", "a.JPG", "notes.txt", "sub/a.png", "sub/c.webp"):
+    for name in ("b.png", "a.JPG", "._b.png", "notes.txt", "sub/a.png", "sub/c.webp"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
 

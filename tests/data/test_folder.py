@@ -122,7 +122,7 @@ def test_fingerprint_follows_every_change(root):
     seen = [source.fingerprint("chair")]
     wood = root / "chair/m/textures/wood.png"
     for change, changes in (
-        (lambda: write_folder(root, {"table/u.obj": ""}), False),
+        (lambda: write_folder(root, {"table/u.obj": "", "chair/m/readme.txt": ""}), False),
         (lambda: os.utime(mesh, ns=(5, 5)), True),
         (lambda: mesh.write_text("longer"), True),
         (lambda: write_folder(root, {"chair/m/textures/wood.png": ""}), True),

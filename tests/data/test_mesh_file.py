@@ -69,9 +69,21 @@ def test_colours_and_transparency_of_mtl(folder):
     folder.write("m.mtl", mtl + "newmtl no Kd\nNs 3\n")
     faces = "".join(f"usemtl {name}\nf 1 2 3\n" for name in [*options, "no Kd", "nowhere"])
     folder.write("m.obj", "mtllib m.mtl\n" + TRIANGLE + faces)
-    colors = sorted(map(tuple, folder.load().face_colors.tolist()))
+    mesh, warnings = folder.read()
+    assert warnings == ("materials that faces name are in no material file: nowhere",)
+    colors = sorted(map(tuple, mesh.face_colors.tolist()))
     red = [(255, 0, 51, alpha) for alpha in (128, 128, 191, 255, 255)]
     assert colors == sorted([*red, tuple(GREY), tuple(GREY)])
+
+
+def test_comments_and_short_colours_of_mtl(folder):
+    mtl = "newmtl a # red\nKd 1 0 0 # red\nnewmtl Material #25\nKd 0 .5 0 # green\nd .5 #half\n"
+    folder.write("m.mtl", mtl + "newmtl grey\nKd 0.5\nmap_Kd -s 2 2 1 absent.png\n")
+    faces = "".join(f"usemtl {name} # {name}\nf 1 2 3\n" for name in ("a", "Material #25", "grey"))
+    folder.write("m.obj", "mtllib m.mtl # colours\n" + TRIANGLE + faces)
+    mesh, warnings = folder.read()
+    assert sorted(mesh.face_colors.tolist()) == [[0, 128, 0, 128], GREY, [255, 0, 0, 255]]
+    assert [w.split()[-1] for w in warnings] == ["absent.png", "m.mtl"]
 
 
 @pytest.mark.parametrize(
@@ -235,6 +247,9 @@ def test_gltf_colours(folder):
     painted["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = 2
     folder.write("painted.gltf", json.dumps(painted))
     np.testing.assert_array_equal(folder.load("painted.gltf").face_colors, [[255, 100, 0, 255]])
+    del painted["meshes"][0]["primitives"][0]["material"]
+    folder.write("painted.gltf", json.dumps(painted))
+    np.testing.assert_array_equal(folder.load("painted.gltf").face_colors, [[255, 100, 0, 255]])
     folder.write("tex.gltf", gltf(texture="x.png", factor=[1, 0, 1, 1], alphaMode="MASK"))
     folder.write("x.png", png((100, 100, 100, 140)))
     mesh = folder.load("tex.gltf")
@@ -314,7 +329,9 @@ STL += "endloop\nendfacet\nendsolid s\n"
 OFF = "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
 POINTS = "0 0 0\n1 0 0\n0 1 0\n"
 LATIN_PLY = PLY.format(colors="comment st\xfchle\n", count=1) + POINTS + "3 0 1 2\n"
-CONCAVE = "v 2 2 0\nv 0 2 0\nv 0 0 0\nv 2 0 0\nv 1 1 0\n"  # a square without a quarter
+CORNERS = "2 2 0\n0 2 0\n0 0 0\n2 0 0\n1 1 0\n"  # of a square without a quarter
+CONCAVE = "".join(f"v {line}\n" for line in CORNERS.splitlines())
+POLYGONS = PLY.format(colors="", count=1).replace("vertex 3", "vertex 5") + CORNERS
 FORMS = """v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0
 v 5 0 0\nv 7 0 0\nv 8 1 0\nv 7 2 0\nv 5 2 0\nv 4 1 0\nvt 0 0\nvn 0 0 1\n"""
 HEXAGON = "f 5//1 6//1 7//1 8//1 9//1 10//1\n"
@@ -322,6 +339,8 @@ GOOD = {
     "n-gons": ("obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n", 3, 4.0),
     "concave": ("obj", CONCAVE + "f 1 2 3 4 5\n", 3, 3.0),
     "concave, backwards": ("obj", CONCAVE + "f 4 3 2 1 5\n", 3, 3.0),
+    "concave, OFF": ("off", "OFF 5 1 0\n" + CORNERS + "5 0 1 2 3 4\n", 3, 3.0),
+    "concave, PLY": ("ply", POLYGONS + "5 0 1 2 3 4\n", 3, 3.0),
     "tabs, CR, comments": ("obj", "v\t0 0 0 # a\rv 1 0 0\rv 0 1 0\r f\t1 2 3 # b\r", 1, 0.5),
     "v/vt/vn quad, v//vn hexagon": (
         "obj",
@@ -367,6 +386,23 @@ def test_what_a_concave_face_is_cut_into_looks_as_it_does(folder):
     mesh = folder.load()
     a, b, c = mesh.vertices[mesh.faces].swapaxes(0, 1)
     assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+
+
+def test_colours_of_off_and_of_polygons_in_ply(folder):
+    red, green = [255, 0, 0, 255], [0, 128, 0, 255]
+    square = "0 0 0", "1 0 0", "1 1 0", "0 1 0"
+    faces = "4 0 1 2 3 {}\n3 0 1 2 {}\n"
+    for colors in (("255 0 0", "0 128 0"), ("1.0 0 0 1", "0 0.502 0 1")):
+        folder.write("m.off", "OFF\n4 2 0\n" + "\n".join(square) + "\n" + faces.format(*colors))
+        assert folder.load("m.off").face_colors.tolist() == [red, red, green]
+    normal = "\n".join(f"{place} 0 0 1 0 128 0 255" for place in square)
+    folder.write("m.off", f"CNOFF\n4 1 0\n{normal}\n4 0 1 2 3\n")
+    assert folder.load("m.off").face_colors.tolist() == [green, green]
+    head = PLY.format(colors="", count=2).replace("vertex 3", "vertex 4")
+    named = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+    head = head.replace("end_header", named + "end_header")
+    folder.write("m.ply", head + "\n".join(square) + "\n" + faces.format("255 0 0", "0 128 0"))
+    assert folder.load("m.ply").face_colors.tolist() == [red, red, green]
 
 
 def test_a_text_that_ends_early_is_rejected(folder):

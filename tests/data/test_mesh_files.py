@@ -16,7 +16,7 @@ def test_materials_are_found_beside_a_file_and_decide_what_is_prepared(tmp_path)
     white = MeshFiles({"b": tmp_path / "b/b.obj"}).load("any", "b")
     assert white.mesh.face_colors.tolist() == [[178, 178, 178, 255]], "to be seen on white"
     before = source.fingerprint("any")
-    write_folder(tmp_path, {"far/away/x.png": "of no shape"})
+    write_folder(tmp_path, {"far/away/x.png": "of no shape", "log.txt": "what is printed"})
     assert source.fingerprint("any") == before
     write_folder(tmp_path, {"maps/wood.png": png((30, 200, 30), (4, 4))})
     assert source.fingerprint("any") != before

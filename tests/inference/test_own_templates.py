@@ -9,6 +9,7 @@ from PIL import Image
 
 from ffd_lightning import shapes
 from ffd_lightning.checkpoint import load_model
+from ffd_lightning.data.categories import ANY
 from ffd_lightning.data.preparation import preparation
 from ffd_lightning.data.reading.orientation import turn
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -38,6 +39,7 @@ def folder(tmp_path):
     for name, file in (("low", "low.obj"), ("tall", "tall.ply"), ("wide", "wide/models/m.off")):
         box(SIZES[name]).export(top / file)
     (top / "broken.stl").write_text("nothing")
+    (top / "low.obj").write_text("mtllib gone.mtl\n" + (top / "low.obj").read_text())
     return top
 
 
@@ -45,7 +47,9 @@ def test_files_are_what_the_same_meshes_are_in_memory(model, folder, tmp_path, c
     files = of_files(model, folder, root=tmp_path / "data", up="z", yaw=90)
     assert capfd.readouterr().err.count("broken.stl has no faces") == 1, "by the preparation"
     of_files(model, folder, root=tmp_path / "data", up="z", yaw=90)
-    assert capfd.readouterr().err.count("broken.stl has no faces") == 1, "when it is kept, too"
+    again = capfd.readouterr().err
+    assert again.count("broken.stl has no faces") == 1, "when it is kept, too"
+    assert "warning: templates: material files are absent (1 of 3)" in again
     given = {name: box(size) for name, size in SIZES.items()}
     given["low"] = Mesh(
         *(np.asarray(x) for x in (given["low"].vertices, given["low"].faces)),
@@ -159,6 +163,12 @@ def test_mistakes_are_named(model, folder, tmp_path, checkpoint):
     with pytest.raises(ConfigError, match="heads=conditioned"):
         Predictor.load(checkpoint).with_templates(folder, root=tmp_path / "other")
     assert not (tmp_path / "other").exists()
+
+
+def test_a_folder_says_of_what_category_a_mesh_is_not_its_name(model):
+    bank = replace(model.bank, ids=("chair", "table/chair"))
+    found = replace(model, categories=("chair", "table"), bank=bank)
+    assert found.template_categories == (ANY, "table")
 
 
 def test_own_meshes_beside_the_network_s_own(model, prepared, folder, tmp_path):

@@ -33,6 +33,7 @@ from ffd_lightning.app.config import TemplateSettings
 from ffd_lightning.app.configuration import config_folder
 from ffd_lightning.app.own_templates import named_templates
 from ffd_lightning.components import NotNegative, Positive
+from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder, read_json
 from ffd_lightning.imaging.framing import Background, Box
@@ -354,7 +355,8 @@ def find_jobs(image: str | Sequence[str], mask: str | None, out: Path) -> list[J
 def _expand(entry: str) -> list[Path]:
     path = Path(entry)
     if path.is_dir():
-        return sorted(file for file in path.iterdir() if file.suffix.lower() in _SUFFIXES)
+        shown = (file for file in path.iterdir() if not is_hidden(file.name))
+        return sorted(file for file in shown if file.suffix.lower() in _SUFFIXES)
     if path.exists() or not glob.has_magic(entry):
         return [path]
     return sorted(p for p in map(Path, glob.glob(str(path), recursive=True)) if p.is_file())

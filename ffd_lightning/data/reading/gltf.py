@@ -55,6 +55,11 @@ def _show_diffuse(tree: dict[str, Any]) -> None:
             shown = {new: gloss[old] for old, new in names.items() if old in gloss}
             material["pbrMetallicRoughness"] = shown
     for primitive in _primitives(tree):
+        if "material" not in primitive and "COLOR_0" in primitive["attributes"]:
+            # trimesh misreads colours of two bytes where there is no material.
+            materials = tree.setdefault("materials", materials)
+            primitive["material"] = len(materials)
+            materials.append({})
         material = materials[primitive["material"]] if "material" in primitive else {}
         texture = material.get("pbrMetallicRoughness", {}).get("baseColorTexture", {})
         own = primitive["attributes"].get(f"TEXCOORD_{texture.get('texCoord', 0)}")

@@ -21,15 +21,14 @@ from pathlib import Path, PurePath
 from typing import Any
 from urllib.parse import unquote
 
-import mapbox_earcut
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from PIL import Image
 from trimesh.resolvers import Resolver
 
 from ffd_lightning.data.reading import gltf
 from ffd_lightning.data.reading.materials import ABSENT, UNDECODABLE, Textures, face_colors
+from ffd_lightning.data.reading.polygons import check_count, concave, cut_ply, read_off
 from ffd_lightning.errors import RejectedShapeError, is_bug, is_of_machine
 from ffd_lightning.geometry.mesh import Mesh
 
@@ -44,8 +43,10 @@ FOREIGN = (
 """Formats of meshes that cannot be read; `read_mesh` says how to convert them."""
 
 _NO_LIBRARY = "material files are absent"
+_NO_MATERIAL = "materials that faces name are in no material file"
 _NO_TEXTURE = "textures that the materials name are absent"
 _MISPLACED = "textures are misplaced"
+_COMMENT = re.compile(rb"(?<=\S) +#(?: .*)?$", re.MULTILINE)  # "Material #25" is a name
 _NAMED = 5  # files that a warning names; a shape may lack hundreds
 
 Problems = dict[str, dict[str, None]]
@@ -74,7 +75,8 @@ def read_mesh(
     if path.suffix.lower() in FOREIGN:
         raise RejectedShapeError(unread(path))
     kind = path.suffix.lower().lstrip(".")
-    problems: Problems = {_NO_LIBRARY: {}, _NO_TEXTURE: {}, UNDECODABLE: {}, _MISPLACED: {}}
+    kinds = (_NO_LIBRARY, _NO_MATERIAL, _NO_TEXTURE, UNDECODABLE, _MISPLACED)
+    problems: Problems = {kind: {} for kind in kinds}
     files = SideFiles(side_files, read, problems)
     content = read(path)
     with np.errstate(all="ignore"), _quiet():
@@ -82,8 +84,18 @@ def read_mesh(
             if kind in ("glb", "gltf"):
                 content, misplaced = gltf.mended(content, path.name)
                 problems[_MISPLACED] = dict.fromkeys(misplaced)
-            data = io.BytesIO(_mended(content, kind, path.name))
-            scene = trimesh.load_scene(data, file_type=kind, resolver=files, process=False)
+            content = _mended(content, kind, path.name)
+            if kind == "off":
+                scene = trimesh.Scene(read_off(content, path.name))
+            else:
+                data = io.BytesIO(content)
+                scene = trimesh.load_scene(data, file_type=kind, resolver=files, process=False)
+            if kind == "ply":
+                scene.geometry |= {name: cut_ply(part) for name, part in scene.geometry.items()}
+            if kind == "obj" and files.materials:
+                used = dict.fromkeys(re.findall(rb"^usemtl +(.*\S)", content, re.MULTILINE))
+                others = [name for name in used if name not in files.materials]
+                problems[_NO_MATERIAL] = dict.fromkeys(x.decode("utf-8", "replace") for x in others)
             mesh = _merge(path.name, scene, Textures(problems[UNDECODABLE]))
         except Exception as error:  # trimesh meets anything in a damaged file
             if isinstance(error, RejectedShapeError | MemoryError) or is_bug(error):
@@ -96,6 +108,12 @@ def read_mesh(
     if files.failure is not None:
         raise files.failure
     return mesh, tuple(_warning(what, list(which)) for what, which in problems.items() if which)
+
+
+def matters(file: PurePath) -> bool:
+    """Return whether a file may decide how a mesh looks: a mesh, materials, a picture, a buffer."""
+    known = (*EXTENSIONS, *FOREIGN, ".mtl", ".bin")
+    return file.suffix.lower() in known or _is_texture(file.name)
 
 
 def unread(path: PurePath) -> str:
@@ -149,10 +167,12 @@ class SideFiles(Resolver):
 
     Attributes:
         failure: of the system, over a file that is there: trimesh passes over errors of any kind.
+        materials: the names of those in the material files that were read.
     """
 
     def __init__(self, files: Iterable[PurePath], read: Read, problems: Problems) -> None:
         self.failure: Exception | None = None
+        self.materials: set[bytes] = set()
         self._read, self._problems, self._parts = read, problems, count()
         self._files: dict[str, list[PurePath]] = {}
         self._contents: dict[PurePath, bytes] = {}
@@ -198,7 +218,10 @@ class SideFiles(Resolver):
                     self.failure = error
                 raise
             if file.suffix.lower() == ".mtl":
-                data = _as_utf8(data)
+                data = _mended_materials(_as_utf8(data))
+                self.materials |= set(re.findall(rb"^\s*newmtl +(.*\S)", data, re.MULTILINE))
+                if _moves_textures(data):
+                    self._problems[_MISPLACED][file.name] = None
             elif _is_texture(file.name):
                 try:
                     Image.open(io.BytesIO(data))  # its header; the rest is read when it is used
@@ -244,19 +267,36 @@ def _mended(data: bytes, kind: str, name: str) -> bytes:
         header, end, rows = data.partition(b"end_header")
         if re.search(rb"^format ascii", header, re.MULTILINE):
             counts = re.findall(rb"^element\s+\S+\s+(\d+)", header, re.MULTILINE)
-            _check_count(name, sum(map(int, counts)), len(rows.splitlines()) - 1)
+            check_count(name, sum(map(int, counts)), len(rows.splitlines()) - 1)
         data = _as_utf8(header) + end + rows
-    if kind == "off":
-        _check_off(data, name)
     if kind != "obj":
         return data
     data = re.sub(rb"\r\n?", b"\n", data).replace(b"\\\n", b" ").replace(b"\t", b" ")
     data = re.sub(rb"^ +", b"", data, flags=re.MULTILINE)
     data = re.sub(rb"^((?:v|vt|vn|f) [^#\n]*)#.*", rb"\1", data, flags=re.MULTILINE)
+    data = _COMMENT.sub(b"", data) if b" #" in data else data
     libraries = dict.fromkeys(re.findall(rb"^mtllib +(.+)", data, re.MULTILINE))
     if len(libraries) > 1:  # one line is read
         data = b"mtllib " + b" ".join(libraries) + b"\n" + data
     return _without_concave_faces(_of_one_form(_absolute_indices(data)))
+
+
+def _mended_materials(data: bytes) -> bytes:
+    """Return an MTL without comments behind values, and with three values in each colour.
+
+    What it lacks of a colour is as what it has; trimesh would read no material at all.
+    """
+    data = re.sub(rb"\r\n?", b"\n", data)
+    data = _COMMENT.sub(b"", data.replace(b"\t", b" "))
+    data = re.sub(rb"^( *(?:K[ads]|d|Tr) [^#\n]*)#.*", rb"\1", data, flags=re.MULTILINE)
+    data = re.sub(rb"^( *Kd +\S+ +(\S+)) *$", rb"\1 \2", data, flags=re.MULTILINE)
+    return re.sub(rb"^( *Kd +(\S+)) *$", rb"\1 \2 \2", data, flags=re.MULTILINE)
+
+
+def _moves_textures(data: bytes) -> bool:
+    """Return whether an MTL scales or moves a texture, which is not followed."""
+    found = re.findall(rb"^\s*map_Kd [^\n]*?-([os])((?: +-?[\d.]+)+)", data, re.MULTILINE)
+    return any(float(x) != (kind == b"s") for kind, values in found for x in values.split())
 
 
 def _as_utf8(data: bytes) -> bytes:
@@ -313,57 +353,16 @@ def _of_one_form(data: bytes) -> bytes:
 def _without_concave_faces(data: bytes) -> bytes:
     """Cut an OBJ's concave faces into triangles: trimesh cuts every face from its first corner."""
     lines = data.split(b"\n")
-    by_size: dict[int, list[tuple[int, list[bytes], list[int]]]] = {}
-    for i, line in enumerate(lines):
-        if line.startswith(b"f ") and len(corners := line.split()[1:]) > 3:
-            index = [int(corner.partition(b"/")[0]) - 1 for corner in corners]
-            by_size.setdefault(len(corners), []).append((i, corners, index))
-    if not by_size:
+    faces = [(i, line.split()[1:]) for i, line in enumerate(lines) if line.startswith(b"f ")]
+    large = [(i, corners) for i, corners in faces if len(corners) > 3]
+    if not large:
         return data
+    polygons = [[int(c.partition(b"/")[0]) - 1 for c in corners] for _, corners in large]
     places = np.array([line.split()[1:4] for line in lines if line.startswith(b"v ")], np.float64)
-    for faces in by_size.values():
-        around = places[[index for _, _, index in faces]]  # (faces, corners, 3)
-        edges = np.roll(around, -1, axis=1) - around
-        turns = np.cross(np.roll(edges, 1, axis=1), edges)
-        spokes = around - around[:, :1]
-        normals = np.cross(spokes, np.roll(spokes, -1, axis=1)).sum(axis=1)
-        bends = (turns * normals[:, None]).sum(axis=2)
-        concave = bends.min(axis=1) < -1e-6 * np.abs(bends).max(axis=1)
-        for k in np.flatnonzero(concave):
-            place, corners, _ = faces[k]
-            cut = [[corners[c] for c in t] for t in _triangles(around[k], normals[k])]
-            if cut:
-                lines[place] = b"\n".join(b"f " + b" ".join(triangle) for triangle in cut)
+    for k, cut in concave(polygons, places).items():
+        place, corners = large[k]
+        lines[place] = b"\n".join(b"f " + b" ".join(corners[c] for c in t) for t in cut)
     return b"\n".join(lines)
-
-
-def _triangles(corners: NDArray[np.float64], normal: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return triangles (t, 3) of a polygon with corners (k, 3); they turn about `normal`, too."""
-    flat = np.delete(corners, np.abs(normal).argmax(), axis=1)
-    ends = np.array([len(flat)], np.uint32)
-    found = mapbox_earcut.triangulate_float64(flat, ends).reshape(-1, 3).astype(np.int64)
-    a, b, c = corners[found].swapaxes(0, 1)
-    turned = (np.cross(b - a, c - a) * normal).sum(axis=1) < 0
-    found[turned] = found[turned][:, ::-1]
-    return found
-
-
-def _check_off(data: bytes, name: str) -> None:
-    """Reject an OFF that ends before its last face: trimesh reads what there is without a word."""
-    rows = [row for line in data.splitlines() if (row := line.split(b"#")[0].strip())]
-    header = re.fullmatch(rb"(?:ST)?C?N?OFF\s*((?:\d+\s*)*)", rows[0]) if rows else None
-    if header is None:
-        raise RejectedShapeError(f"{name} is not of a kind of OFF that can be read")
-    counts = header[1].split() or rows[1].split()
-    _check_count(name, sum(map(int, counts[:2])), len(rows) - (1 if header[1] else 2))
-
-
-def _check_count(name: str, promised: int, there: int) -> None:
-    """Reject a text file that ends before its last vertex or face."""
-    if there < promised:
-        raise RejectedShapeError(
-            f"{name} is incomplete: it has {there:,} of {promised:,} vertices and faces"
-        )
 
 
 # --- a scene as one mesh --------------------------------------------------------------------------

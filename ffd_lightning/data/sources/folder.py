@@ -10,7 +10,7 @@ from typing import NamedTuple
 from ffd_lightning.data.categories import SYNSETS, name_of
 from ffd_lightning.data.reading.files import digest_of_files, files_below, is_hidden
 from ffd_lightning.data.reading.materials import shown_on_white
-from ffd_lightning.data.reading.mesh_file import EXTENSIONS, FOREIGN, read_mesh, unread
+from ffd_lightning.data.reading.mesh_file import EXTENSIONS, FOREIGN, matters, read_mesh, unread
 from ffd_lightning.data.reading.orientation import (
     ORIENTATIONS,
     Orientation,
@@ -22,7 +22,7 @@ from ffd_lightning.data.reading.orientation import (
 from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.errors import DataError, RejectedShapeError
 
-_LOADER_VERSION = 5  # part of the fingerprint: raise it when the same files give another mesh
+_LOADER_VERSION = 6  # part of the fingerprint: raise it when the same files give another mesh
 _STEMS = ("model_normalized", "model")  # of mesh files that are preferred
 
 _Files = dict[str, tuple[Path, list[Path]]]
@@ -83,7 +83,7 @@ class FolderSource(Source):
         return SourceShape(mesh).warned(*warnings, warning)
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return how shapes are turned, and a hash over names, sizes and times of all their files.
+        """Return how shapes are turned, and a hash over names, sizes and times of files.
 
         Times, since people edit their own files and an edit may leave the size as it was. A copy
         that does not keep the times is prepared anew.
@@ -93,6 +93,7 @@ class FolderSource(Source):
             (file.relative_to(folder).as_posix(), f"{stat.st_size}\0{stat.st_mtime_ns}")
             for _, files in _entries(folder)
             for file, stat in files.items()
+            if matters(file)
         ]
         own = {}
         if (folder / ORIENTATIONS).is_file():

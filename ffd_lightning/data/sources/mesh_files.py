@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from ffd_lightning.data.reading.files import digest_of_files, is_hidden
-from ffd_lightning.data.reading.mesh_file import EXTENSIONS
+from ffd_lightning.data.reading.mesh_file import EXTENSIONS, matters
 from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.data.sources.folder import Category, FolderSource
 
@@ -34,15 +34,16 @@ class MeshFiles(FolderSource):
         return []
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return how shapes are turned, and a hash over what is known of all files."""
+        """Return how shapes are turned, and a hash over what is known of files that matter."""
         found = self._found.files
-        others = {(str(file), file) for _, beside in found.values() for file in beside}
+        known = {(i, file) for i, (file, _) in found.items()}
+        known |= {(str(f), f) for _, files in found.values() for f in files if matters(f)}
         facts = [
             (name, f"{(stat := file.stat()).st_size}\0{stat.st_mtime_ns}")
-            for name, file in sorted({(i, f) for i, (f, _) in found.items()} | others)
+            for name, file in sorted(known)
         ]
         turned = self.usual._asdict()
-        return {"source": "mesh_files", "loader": 4, "sha256": digest_of_files(facts), **turned}
+        return {"source": "mesh_files", "loader": 5, "sha256": digest_of_files(facts), **turned}
 
     def _of(self, category: str) -> Category:
         return self._found
