@@ -150,14 +150,14 @@ def model_entry(
     """Return what a checkpoint needs beside the weights, for `load_model`."""
     content: dict[str, Any] = {
         "network": network.description(),
-        "encoder": _named(network.encoder.component),
+        "encoder": storable("the encoder", _named(network.encoder.component)),
         "heads": _named(network.made_of),
         "templates": data.bank.state(),
         "object_fill": data.object_fill,
         "render": asdict(data.render),
         "own_images": any(p.source.own_images for p in data.preparations),
         "categories": list(data.categories),
-        "record": dict(record),
+        "record": storable("the module's record", dict(record)),
     }
     if network.heads.conditioned:
         data.give_templates(network)

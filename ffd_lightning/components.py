@@ -185,7 +185,8 @@ def _settings_of(target: Any, context: tuple[str, ...]) -> dict[str, Setting]:
         default = other.default if p.default is p.empty else p.default
         if factories.get(p.name, dataclasses.MISSING) is not dataclasses.MISSING:
             default = factories[p.name]()  # in the signature it is a sentinel
-        found[p.name] = Setting(_hint(target, p), default, helps.get(p.name) or other.help)
+        if _is_plain(plain(None if default is p.empty else default)):  # else no file can hold it
+            found[p.name] = Setting(_hint(target, p), default, helps.get(p.name) or other.help)
     return found
 
 
@@ -256,6 +257,12 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): plain(each) for key, each in value.items()}
     return value
+
+
+def _is_plain(value: Any) -> bool:
+    if isinstance(value, list | Mapping):
+        return all(map(_is_plain, value.values() if isinstance(value, Mapping) else value))
+    return value is None or isinstance(value, str | int | float)
 
 
 class _WrongType(ConfigError):
@@ -495,9 +502,15 @@ class Component:
         Raises:
             ConfigError: its package is not here, or its settings do not fit.
         """
-        target = find(self.kind, self.name, self.provider)
+        target, whose = find(self.kind, self.name, self.provider), provider(self.kind, self.name)
+        if _package(whose) != _package(self.provider) and self.provider != OWN:
+            named = _words(self.kind), self.name, self.provider, whose
+            log.warning("the %s %r came from %s; that of %s is taken", *named)
         where = self.where or f"{_words(self.kind)} {self.name}"
-        return build(target, self.settings, where, context, KINDS[self.kind].context)
+        made = build(target, self.settings, where, context, KINDS[self.kind].context)
+        if self.kind in _DESCRIBED and getattr(made, "component", self) is None:
+            made.component = self  # a function made it, or a class registered from elsewhere
+        return made
 
 
 # --- registering and finding ----------------------------------------------------------------------
@@ -548,13 +561,20 @@ def _remember(target: Any, kind: str, name: str) -> None:
 
     @functools.wraps(init)
     def remembering(self: Any, *args: Any, **kwargs: Any) -> None:
+        if type(self) is not target:
+            return init(self, *args, **kwargs)
+        signature = inspect.signature(init)
+        given = signature.bind(self, *args, **kwargs).arguments
+        variable = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
+        for parameter in signature.parameters.values():
+            if parameter.kind in variable and given.get(parameter.name):
+                place = f"{_words(kind)} {name}: what is given by *{parameter.name}"
+                raise ConfigError(f"{place} would not be kept: let the constructor name it")
+        own = settings_of(target, KINDS[kind].context)
+        settings = {key: plain(given.get(key, s.default)) for key, s in own.items()}
         init(self, *args, **kwargs)
-        if type(self) is target:
-            given = inspect.signature(init).bind(self, *args, **kwargs).arguments
-            own = settings_of(target, KINDS[kind].context)
-            settings = {key: plain(given.get(key, s.default)) for key, s in own.items()}
-            made_of = Component(kind, name, settings, provider(kind, name))
-            object.__setattr__(self, "component", made_of)  # also where they are frozen
+        made_of = Component(kind, name, settings, provider(kind, name))
+        object.__setattr__(self, "component", made_of)  # also where they are frozen
 
     target.__init__ = remembering
 
@@ -577,7 +597,7 @@ def find(kind: str, name: str, from_package: str = OWN) -> Any:
         _registered.setdefault((kind, name), (target, OWN))  # torch's classes register nothing
     if (kind, name) in _registered:
         return _registered[kind, name][0]
-    if from_package != OWN:
+    if from_package != OWN and from_package not in (whose for _, whose in _registered.values()):
         raise ConfigError(
             f"the {_words(kind)} {name!r} comes from {from_package}, which is not here: install "
             "that package, or name its module with plugins=[MODULE]"
@@ -598,6 +618,11 @@ def provider(kind: str, name: str) -> str:
     """Return the package that a component comes from, "own-components 0.1", say."""
     find(kind, name)
     return _registered[kind, name][1]
+
+
+def _package(provider: str) -> str:
+    """Return whom a component is from, whatever the version."""
+    return provider if provider.startswith("module ") else provider.partition(" ")[0]
 
 
 def make(kind: str, name: str, /, **given: Any) -> Any:

@@ -141,6 +141,39 @@ def test_plain_values_become_what_the_signature_says_or_are_refused():
             typed(hint, value, "x")
 
 
+def test_what_a_function_makes_is_known_again():
+    @component("encoder", "made")
+    def made(size: int = 4):
+        module = nn.Identity()
+        module.component = None
+        return module
+
+    assert make("encoder", "made", size=8).component == Component("encoder", "made", {"size": 8})
+    with pytest.raises(ConfigError, match="no encoder 'maed'"):
+        find("encoder", "maed", "own 0.1")  # the package is here
+
+
+def test_what_no_file_can_hold_is_no_setting_and_what_would_be_lost_is_refused():
+    @component("encoder", "loose")
+    class Loose(nn.Module):
+        def __init__(self, sizes: list[int] = [8, 1], act: type = nn.ReLU, **more: int):  # noqa: B006
+            super().__init__()
+            sizes.pop()
+
+    assert list(settings_of(Loose)) == ["sizes"]
+    assert Loose([4, 2]).component.settings == {"sizes": [4, 2]}
+    with pytest.raises(ConfigError, match=r"encoder loose: what is given by \*more"):
+        Loose(width=3)
+
+
+def test_a_namesake_of_another_package_is_warned_of(caplog):
+    patches()
+    Component("encoder", "patches", {}, "own 0.2").build(image_size=(48, 64))
+    assert not caplog.records
+    Component("encoder", "patches", {}, "other 1.0").build(image_size=(48, 64))
+    assert "came from other 1.0; that of own 0.1 is taken" in caplog.text
+
+
 def test_mistakes_are_named_with_the_way_out():
     patches()
     zero = Component("encoder", "patches", {"size": 0}, where="encoder")

@@ -53,6 +53,8 @@ def setting_text(value: Any) -> str:
     """
     if isinstance(value, (list, tuple)):
         return f"[{', '.join(map(setting_text, value))}]"
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{key}: {setting_text(each)}' for key, each in value.items())}}}"
     if isinstance(value, (str, bool, np.bool_)):
         return value if isinstance(value, str) else str(bool(value)).lower()
     return "null" if value is None or pd.isna(value) else f"{value:.10g}"

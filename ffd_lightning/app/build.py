@@ -213,8 +213,7 @@ def build_callbacks(cfg: TrainConfig) -> list[Callback]:
 def build_protocol(chosen: Component) -> Protocol:
     """Return how predictions are measured."""
     protocol = _built(chosen, Protocol)
-    if not protocol.metrics:
-        raise ConfigError(f"protocol={chosen.name} has no metrics: it needs one at least")
+    protocol.check_metrics(chosen.name)
     object.__setattr__(protocol, "component", chosen)  # where a function makes it, too
     return protocol
 

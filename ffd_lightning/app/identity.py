@@ -42,17 +42,18 @@ def identity(config: Any) -> dict[str, Any]:
 
     Callbacks may change a training; those whose class has `only_watches = True` do not count.
     """
-    watching = {
-        f"callback.{label}"
-        for label, chosen in getattr(config, "callback", {}).items()
-        if getattr(components.find(chosen.kind, chosen.name), "only_watches", False)
-    }
+    chosen = getattr(config, "callback", {}).items()
+    watching = {f"callback.{label}" for label, callback in chosen if _watches(callback.name)}
     found = flat(content(config))
     return {
         key: value
         for key, value in found.items()
         if decides(key) and ".".join(key.split(".")[:2]) not in watching
     }
+
+
+def _watches(callback: str) -> bool:
+    return getattr(components.find("callback", callback), "only_watches", False)
 
 
 def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
@@ -126,6 +127,7 @@ def run_suffix(_root_: DictConfig) -> str:
         if key not in _PLACED_GROUPS and not by_study and differences(without(key), usual):
             value = option.value()
             chosen = value if isinstance(value, list) else [value]
+            chosen = [x for x in chosen if key != "callback" or not _watches(str(x))]
             words[key.replace("/", ".")] = "-".join(map(str, chosen))
     changed = {key: own.get(key) for key in differences(usual, own) if key not in _PLACED}
     return difference_name({**words, **changed})

@@ -307,7 +307,11 @@ def weights_digest(network: TemplateFfdNetwork) -> str:
     codes = getattr(network, "template_codes", None)
     told = {} if codes is None else {"template_codes": codes}
     for value in (network.state_dict() | told).values():
-        digest.update(value.detach().cpu().contiguous().reshape(-1).view(torch.uint8).numpy())
+        if isinstance(value, torch.Tensor):
+            flat = value.detach().cpu().contiguous().reshape(-1)
+            digest.update(flat.view(torch.uint8).numpy().tobytes())
+        else:  # a layer's extra state
+            digest.update(repr(value).encode())
     return digest.hexdigest()
 
 

@@ -161,10 +161,10 @@ def _numbers(protocol: Protocol, scores: Any) -> dict[str, float]:
     """Return what a protocol's `score` gave, if it has a number for each metric."""
     for metric in protocol.metrics:
         score = scores.get(metric.name) if isinstance(scores, Mapping) else None
-        if not isinstance(score, int | float | np.number):
+        if not isinstance(score, int | float | np.number) or not np.isfinite(score):
             raise ConfigError(
-                f"protocol {protocol.name!r}: its score must give a number for each metric by "
-                f"name; for {metric.name!r} there is none in {scores!r}"
+                f"protocol {protocol.name!r}: its score must give a finite number for each metric "
+                f"by name; for {metric.name!r} there is none in {scores!r}"
             )
     return {name: float(score) for name, score in scores.items()}
 

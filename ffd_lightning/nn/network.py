@@ -285,6 +285,11 @@ class TemplateFfdNetwork(nn.Module):
             output.to(torch.promote_types(output.dtype, torch.float32))
             for output in self.heads(hidden, codes)
         )
+        if logits.dim() != 2 or offsets.shape != (*logits.shape, self.num_control_points, 3):
+            raise ConfigError(
+                f"heads={self.made_of.name} must give logits (q, T), offsets (q, T, M, 3), where M "
+                f"is {self.num_control_points}, not {tuple(logits.shape)}, {tuple(offsets.shape)}"
+            )
         if self.mirror_degrees is not None:
             offsets = (offsets + mirrored_offsets(offsets, self.mirror_degrees)) / 2
         found = None if self.viewpoint is None else self.viewpoint(hidden).float()

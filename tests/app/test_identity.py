@@ -115,6 +115,7 @@ def test_callbacks_make_another_run_unless_they_only_watch(tiny_config, monkeypa
     components.component("callback", "change")(type("Change", (), {}))
     usual = identity(tiny_config())
     assert identity(tiny_config("callback=[watch]")) == usual
+    assert folder("callback=[watch,change]") == folder("callback=[change]") != folder()
     assert identity(tiny_config("callback=[change]")) != usual
 
 

@@ -10,6 +10,7 @@ from ffd_lightning import components
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription, SurfaceProtocol
+from ffd_lightning.evaluation.protocols.base import Metric
 from ffd_lightning.metrics.surface import sample_with_normals
 
 PAPERS = ("pixel2mesh", "atlasnet", "mesh_rcnn", "occnet")
@@ -30,6 +31,14 @@ def test_settings_and_packages_decide_the_key():
     assert PaperProtocol().key == expected, "as results of earlier versions have it"
     object.__setattr__(own, "component", components.Component("protocol", "own", {}, "a 0.1"))
     assert "a 0.1" in own.key
+
+
+def test_metrics_have_columns_of_their_own(protocol):
+    protocol.check_metrics("x")
+    for names in ((), ("id",), ("err", "err"), ("err", "undeformed_err"), ("folded",)):
+        object.__setattr__(protocol, "metrics", tuple(Metric(name, "") for name in names))
+        with pytest.raises(ConfigError, match="protocol=x, metrics: "):
+            protocol.check_metrics("x")
 
 
 # The first template's control points in one place, all moved alike, and all far apart.

@@ -24,10 +24,10 @@ class Mean(Protocol):
         return {"mean": candidate.prepared.cloud(candidate.row).mean()}
 
 
-@pytest.mark.parametrize("given", [{}, 3.0, {"mean": "much"}])
+@pytest.mark.parametrize("given", [{}, 3.0, {"mean": "much"}, {"mean": np.nan}])
 def test_scores_that_are_no_numbers_are_said(prepared, monkeypatch, given):
     monkeypatch.setattr(Mean, "score", lambda *_: given)
-    with pytest.raises(ConfigError, match="'mean': its score must give a number for each metric"):
+    with pytest.raises(ConfigError, match="'mean': its score must give a finite number"):
         score_sample(Mean(), prepared, 0, {"": PreparedShape(prepared, 0)}, 0)
 
 

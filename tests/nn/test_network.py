@@ -32,6 +32,18 @@ def build_telling():
     return network.eval()
 
 
+def test_heads_give_offsets_of_each_template(monkeypatch):
+    network = build()
+    forward = type(network.heads).forward
+    monkeypatch.setattr(
+        type(network.heads), "forward", lambda *x: (y := forward(*x)) and (y[0], y[1][:, :1])
+    )
+    with pytest.raises(
+        ConfigError, match=r"heads=per_template must give .*, not \(2, 5\), \(2, 1, 8, 3\)"
+    ):
+        network(random_images(2))
+
+
 # What logits of about 2 may be off by when float32 is added up in another order: ten times what was
 # found. Images differ by 0.6 and more.
 ROUNDING = 6e-4

@@ -86,7 +86,7 @@ class ShapeMaker:
             raise
         except RejectedShapeError as error:
             return Failure("rejected", " ".join(str(error).split()))
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             reason = " ".join(explain_unforeseen(error).split())
             if isinstance(error, MemoryError):
                 return Failure("given up", reason)
