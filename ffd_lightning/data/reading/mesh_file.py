@@ -295,7 +295,7 @@ def _mended_materials(data: bytes) -> bytes:
 
 def _moves_textures(data: bytes) -> bool:
     """Return whether an MTL scales or moves a texture, which is not followed."""
-    found = re.findall(rb"^\s*map_Kd [^\n]*?-([os])((?: +-?[\d.]+)+)", data, re.MULTILINE)
+    found = re.findall(rb"(?i)^\s*map_Kd [^\n]*?-([os])((?: +-?\d*\.?\d+)+)", data, re.MULTILINE)
     return any(float(x) != (kind == b"s") for kind, values in found for x in values.split())
 
 

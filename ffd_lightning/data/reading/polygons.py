@@ -82,23 +82,18 @@ def read_off(data: bytes, name: str) -> trimesh.Trimesh:
         RejectedShapeError: it is of a kind that cannot be read, or ends before its last face.
     """
     rows = [row.split() for line in data.splitlines() if (row := line.split(b"#")[0].strip())]
-    header = (
-        re.fullmatch(rb"((?:ST)?)(C?)(N?)OFF((?: ?\d+)*)", b" ".join(rows[0])) if rows else None
-    )
-    if header is None:
+    head = b" ".join(rows[0]) if rows else b""
+    if (kind := re.fullmatch(rb"(ST)?(C?)(N?)OFF((?: ?\d+)*)", head)) is None:
         raise RejectedShapeError(f"{name} is not of a kind of OFF that can be read")
-    counts, body = (header[4].split(), rows[1:]) if header[4] else (rows[1], rows[2:])
+    counts, body = (kind[4].split(), rows[1:]) if kind[4] else (rows[1], rows[2:])
     first, second = int(counts[0]), int(counts[1])
-    if len(body) < first + second:
-        check_count(name, first + second, len(body))
+    check_count(name, first + second, len(body))
     points, faces = body[:first], body[first : first + second]
     places = np.array([row[:3] for row in points], np.float64)
     polygons = [[int(x) for x in row[1 : 1 + int(row[0])]] for row in faces]
-    at = 6 if header[3] else 3  # behind a normal
-    of_points = _off_colors([row[at : at + 4] for row in points]) if header[2] else None
-    visual = (
-        of_points if of_points is None else trimesh.visual.ColorVisuals(vertex_colors=of_points)
-    )
+    visual, at = None, 6 if kind[3] else 3  # behind a normal
+    if kind[2] and (colors := _off_colors([row[at : at + 4] for row in points])) is not None:
+        visual = trimesh.visual.ColorVisuals(vertex_colors=colors)
     of_faces = _off_colors([row[1 + int(row[0]) :] for row in faces])
     return _of_polygons(places, polygons, of_faces, visual)
 
