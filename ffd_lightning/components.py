@@ -509,7 +509,8 @@ class Component:
         where = self.where or f"{_words(self.kind)} {self.name}"
         made = build(target, self.settings, where, context, KINDS[self.kind].context)
         if self.kind in _DESCRIBED and getattr(made, "component", self) is None:
-            made.component = self  # a function made it, or a class registered from elsewhere
+            # A function made it, or a class that was registered from elsewhere.
+            made.component = dataclasses.replace(self, provider=whose)
         return made
 
 

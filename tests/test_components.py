@@ -148,7 +148,9 @@ def test_what_a_function_makes_is_known_again():
         module.component = None
         return module
 
-    assert make("encoder", "made", size=8).component == Component("encoder", "made", {"size": 8})
+    assert make("encoder", "made", size=8).component == Component(
+        "encoder", "made", {"size": 8}, "own 0.1"
+    )
     with pytest.raises(ConfigError, match="no encoder 'maed'"):
         find("encoder", "maed", "own 0.1")  # the package is here
 

@@ -2,6 +2,7 @@
 
 import csv
 import hashlib
+import json
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from scipy.spatial.distance import cdist
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation import evaluator
 from ffd_lightning.evaluation.candidates import PreparedShape
+from ffd_lightning.evaluation.protocols.base import COLUMNS
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.files import lock_folder
 
@@ -75,6 +77,8 @@ def test_nothing_but_the_weights_and_the_seed_decides_the_numbers(case, tmp_path
 def test_a_finished_evaluation_is_read_back(case, fits, tmp_path, monkeypatch):
     text = case().run(tmp_path)
     assert not (tmp_path / "samples.partial").exists()
+    there = {*rows_of(text)[0], *json.loads((tmp_path / "summary.json").read_text())}
+    assert {name for name in there if not name.endswith(("chamfer", "emd", "iou"))} <= {*COLUMNS}
     monkeypatch.setattr(evaluator, "predict", None)
     assert case().run(tmp_path) == text
     assert case().run(tmp_path, references=False) == text, "it has references too"

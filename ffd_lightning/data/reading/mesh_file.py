@@ -289,8 +289,8 @@ def _mended_materials(data: bytes) -> bytes:
     data = re.sub(rb"\r\n?", b"\n", data)
     data = _COMMENT.sub(b"", data.replace(b"\t", b" "))
     data = re.sub(rb"^( *(?:K[ads]|d|Tr) [^#\n]*)#.*", rb"\1", data, flags=re.MULTILINE)
-    data = re.sub(rb"^( *Kd +\S+ +(\S+)) *$", rb"\1 \2", data, flags=re.MULTILINE)
-    return re.sub(rb"^( *Kd +(\S+)) *$", rb"\1 \2 \2", data, flags=re.MULTILINE)
+    data = re.sub(rb"^( *K[ads] +\S+ +(\S+)) *$", rb"\1 \2", data, flags=re.MULTILINE)
+    return re.sub(rb"^( *K[ads] +(\S+)) *$", rb"\1 \2 \2", data, flags=re.MULTILINE)
 
 
 def _moves_textures(data: bytes) -> bool:

@@ -1,4 +1,7 @@
-"""Faces of more than three corners, cut as they lie: trimesh cuts each from its first corner."""
+"""Faces of more than three corners, cut as they lie: trimesh cuts each from its first corner.
+
+So OFF is read here as a whole; of PLY trimesh keeps the faces as the file has them.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,15 @@ from ffd_lightning.errors import RejectedShapeError
 def concave(
     polygons: Sequence[Sequence[int]], places: NDArray[np.float64]
 ) -> dict[int, NDArray[np.int64]]:
-    """Return the triangles (t, 3) of each concave polygon, numbers of its corners."""
+    """Return how to cut the polygons that are concave.
+
+    Args:
+        polygons: of each its corners, rows of `places`.
+        places: of the corners, (V, 3).
+
+    Returns:
+        By the polygon's number its triangles, (t, 3), numbers of its own corners.
+    """
     by_size: dict[int, list[int]] = {}
     for k, polygon in enumerate(polygons):
         by_size.setdefault(len(polygon), []).append(k)
@@ -92,7 +103,12 @@ def read_off(data: bytes, name: str) -> trimesh.Trimesh:
     places = np.array([row[:3] for row in points], np.float64)
     polygons = [[int(x) for x in row[1 : 1 + int(row[0])]] for row in faces]
     visual, at = None, 6 if kind[3] else 3  # behind a normal
-    if kind[2] and (colors := _off_colors([row[at : at + 4] for row in points])) is not None:
+    # What follows colours, coordinates of textures, would be taken for their alpha.
+    if (
+        kind[2]
+        and not kind[1]
+        and (colors := _off_colors([row[at : at + 4] for row in points])) is not None
+    ):
         visual = trimesh.visual.ColorVisuals(vertex_colors=colors)
     of_faces = _off_colors([row[1 + int(row[0]) :] for row in faces])
     return _of_polygons(places, polygons, of_faces, visual)

@@ -83,10 +83,11 @@ class FolderSource(Source):
         return SourceShape(mesh).warned(*warnings, warning)
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return how shapes are turned, and a hash over names, sizes and times of files.
+        """Return how shapes are turned, and a hash over what is known of their files.
 
-        Times, since people edit their own files and an edit may leave the size as it was. A copy
-        that does not keep the times is prepared anew.
+        That is names, sizes and times of those that `matters`. Times, since people edit their own
+        files and an edit may leave the size as it was. A copy that does not keep the times is
+        prepared anew.
         """
         folder = self._folder(category)
         facts = [

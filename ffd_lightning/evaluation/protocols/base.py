@@ -13,10 +13,11 @@ from ffd_lightning.components import OWN, Component
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.candidates import CANDIDATES, Candidate, PreparedShape
 
-_COLUMNS = (  # of results, beside those of metrics
+COLUMNS = (  # of samples and summaries, beside those of metrics
     *("id", "category", "family", "view", "template", "weight", "twin", "azimuth_error"),
     *("folded", "stretch_median", "stretch_95", "bending"),
     *("entropy", "effective_templates", "templates_used", "num_samples", "num_twins"),
+    *("protocol", "definitions", "unit", "step", "settings", "key"),
 )
 _TITLES = {"chamfer": "Chamfer", "emd": "EMD", "iou": "IoU", "part_iou": "part IoU"}
 
@@ -98,7 +99,7 @@ class Protocol(ABC):
     def check_metrics(self, protocol: str) -> None:
         """Make sure that each metric has columns of its own; a ConfigError names the `protocol`."""
         names = [metric.name for metric in self.metrics]
-        taken = {*_COLUMNS, *(f"{other}_{name}" for other in CANDIDATES for name in names)}
+        taken = {*COLUMNS, *(f"{other}_{name}" for other in CANDIDATES for name in names)}
         wrong = [name for name in names if name in taken or names.count(name) > 1]
         if wrong or not names:
             problem = f"{wrong[0]!r} is taken: choose another name" if wrong else "it needs one"
