@@ -17,6 +17,7 @@ import importlib
 import importlib.metadata
 import inspect
 import logging
+import pkgutil
 import sys
 import traceback
 import types
@@ -176,7 +177,7 @@ def _settings_of(target: Any, context: tuple[str, ...]) -> dict[str, Setting]:
     if dataclasses.is_dataclass(target):
         factories = {f.name: f.default_factory for f in dataclasses.fields(target)}
     like = getattr(target, "settings_like", None)
-    others = settings_of(_imported(like)) if like else {}
+    others = settings_of(pkgutil.resolve_name(like)) if like else {}
     found = {}
     for p in inspect.signature(target).parameters.values():
         if p.name in context or p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD):
@@ -188,11 +189,6 @@ def _settings_of(target: Any, context: tuple[str, ...]) -> dict[str, Setting]:
         if _is_plain(plain(None if default is p.empty else default)):  # else no file can hold it
             found[p.name] = Setting(_hint(target, p), default, helps.get(p.name) or other.help)
     return found
-
-
-def _imported(place: str) -> Any:
-    module, _, name = place.partition(":")
-    return getattr(importlib.import_module(module), name)
 
 
 def _hint(target: Any, parameter: inspect.Parameter) -> Any:
@@ -443,34 +439,21 @@ def read(known: Mapping[str, Setting], given: Mapping[str, Any], where: str) -> 
     }
 
 
-def build(
-    target: Any,
-    given: Mapping[str, Any],
-    where: str,
-    context: Mapping[str, Any] = types.MappingProxyType({}),
-    names: tuple[str, ...] = (),
-) -> Any:
-    """Call a class with plain settings, defaults for the others, and what it names of the context.
+def build(target: Any, given: Mapping[str, Any], where: str) -> Any:
+    """Call a class with plain settings, and defaults for the others.
 
-    `where` is the settings' place, for messages: "encoder", say. `names` are those of the
-    parameters that are context, and no settings.
+    `where` is the settings' place, for messages: "encoder", say.
 
     Raises:
-        ConfigError: a setting that does not fit, or that the constructor refuses; a class without
-            one of its kind's methods.
+        ConfigError: a setting that does not fit, or that the constructor refuses.
     """
-    if inspect.isclass(target) and (absent := ", ".join(_abstract(target))):
-        raise ConfigError(f"{where}: {target.__name__} of {target.__module__} lacks {absent}")
-    parameters = inspect.signature(target).parameters
-    settings = read(settings_of(target, names), given, where)
-    handed = {key: value for key, value in context.items() if key in parameters}
-    return called(target, where, **settings, **handed)
+    return called(target, where, **read(settings_of(target), given, where))
 
 
 def _abstract(target: type) -> list[str]:
     """Return the methods that a class should have, and has not: bases need not be ABCs."""
-    found = {name: inspect.getattr_static(target, name, None) for name in dir(target)}
-    return [name for name, each in found.items() if getattr(each, "__isabstractmethod__", False)]
+    members = inspect.getmembers_static(target)
+    return [name for name, each in members if getattr(each, "__isabstractmethod__", False)]
 
 
 def called(target: Any, place: str, /, **given: Any) -> Any:
@@ -500,14 +483,20 @@ class Component:
         """Build it; `context` is handed over as far as the class names it.
 
         Raises:
-            ConfigError: its package is not here, or its settings do not fit.
+            ConfigError: its package is not here, its settings do not fit, or it lacks one of its
+                kind's methods.
         """
         target, whose = find(self.kind, self.name, self.provider), provider(self.kind, self.name)
         if _package(whose) != _package(self.provider) and self.provider != OWN:
             named = _words(self.kind), self.name, self.provider, whose
             log.warning("the %s %r came from %s; that of %s is taken", *named)
         where = self.where or f"{_words(self.kind)} {self.name}"
-        made = build(target, self.settings, where, context, KINDS[self.kind].context)
+        if inspect.isclass(target) and (absent := ", ".join(_abstract(target))):
+            raise ConfigError(f"{where}: {target.__name__} of {target.__module__} lacks {absent}")
+        given = read(settings(self.kind, self.name), self.settings, where)
+        parameters = inspect.signature(target).parameters
+        handed = {key: value for key, value in context.items() if key in parameters}
+        made = called(target, where, **given, **handed)
         if self.kind in _DESCRIBED and getattr(made, "component", self) is None:
             # A function made it, or a class that was registered from elsewhere.
             made.component = dataclasses.replace(self, provider=whose)
@@ -594,7 +583,7 @@ def find(kind: str, name: str, from_package: str = OWN) -> Any:
     """
     load_plugins()
     if (kind, name) not in _registered and name in KINDS[kind].built_in:
-        target = _imported(KINDS[kind].built_in[name])
+        target = pkgutil.resolve_name(KINDS[kind].built_in[name])
         _registered.setdefault((kind, name), (target, OWN))  # torch's classes register nothing
     if (kind, name) in _registered:
         return _registered[kind, name][0]
