@@ -221,7 +221,8 @@ def load_model(checkpoint: Path) -> TrainedModel:
         fill = float(content["object_fill"])
         render = RenderSettings(**content["render"])
         categories, record = tuple(content["categories"]), dict(content["record"])
-        sizes, encoder = dict(content["network"]), encoder_component(content)
+        encoder = None if content["encoder"] is None else Component(**content["encoder"])
+        sizes = dict(content["network"])
         sizes["heads"] = Component(**content["heads"])
         sizes["image_size"] = tuple(sizes["image_size"])
     except Exception as error:  # whatever a file of another version lacks
@@ -258,11 +259,6 @@ def load_weights(module: nn.Module, state: Mapping[str, Any], part: str = "netwo
     except RuntimeError as error:
         return str(error).split("\n\t")[1 if "\n\t" in str(error) else 0]
     return ""
-
-
-def encoder_component(content: Mapping[str, Any]) -> Component | None:
-    """Return what a checkpoint's encoder was made of, None if it was no component."""
-    return None if content["encoder"] is None else Component(**content["encoder"])
 
 
 def read_checkpoint(checkpoint: Path) -> dict[str, Any]:

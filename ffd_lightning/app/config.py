@@ -10,12 +10,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from ffd_lightning import pretrained
 from ffd_lightning.components import MISSING, Component, NotNegative, Positive, Range
 from ffd_lightning.data.reading.orientation import Up
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.imaging.render_settings import RenderSettings
+
+if TYPE_CHECKING:
+    from ffd_lightning.checkpoint import TrainedModel
+    from ffd_lightning.inference.own_templates import OwnTemplates
 
 EMBEDDED_WIDTH = 0.25
 """Of the encoder that comes with the package, a MobileNet."""
@@ -405,6 +410,31 @@ class TemplateSettings:
     up: Up = "y"
     yaw: float = 0.0
     beside: bool = False
+
+    def named_templates(
+        self, model: TrainedModel, root: str | Path, progress: bool = True
+    ) -> OwnTemplates | None:
+        """Return the meshes as templates, prepared below `root`; None for the model's own.
+
+        Raises:
+            ConfigError, DataError: see `of_files`, and `check_unused`.
+        """
+        from ffd_lightning.inference.own_templates import of_files
+
+        if self.templates is None:
+            self.check_unused("there are none")
+            return None
+        up, yaw = self.up, self.yaw
+        return of_files(model, self.templates, up=up, yaw=yaw, root=root, progress=progress)
+
+    def check_unused(self, why: str) -> None:
+        """Make sure that no setting says how meshes are taken where none are named.
+
+        Raises:
+            ConfigError: one does.
+        """
+        if (self.up, self.yaw, self.beside) != ("y", 0.0, False):
+            raise ConfigError(f"up=, yaw= and beside= are of meshes that templates= names: {why}")
 
 
 @dataclass

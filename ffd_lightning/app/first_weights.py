@@ -8,7 +8,7 @@ from typing import Any
 
 from ffd_lightning import components
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.checkpoint import encoder_component, load_weights, read_checkpoint
+from ffd_lightning.checkpoint import load_weights, read_checkpoint
 from ffd_lightning.components import Component
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.inference.predictor import checkpoint_of
@@ -27,12 +27,11 @@ def load_first_weights(encoder: ImageEncoder, weights: str) -> None:
             encoder.load_weights(weights)
         return
     content = read_checkpoint(pretrained_model())
-    there, asked = encoder_component(content["model"]), encoder.component
-    recorded = (there.name, dict(there.settings)) if there else ("", {})
-    if asked is None or recorded != (asked.name, dict(asked.settings)):
-        own = " ".join(f"encoder.{key}={value}" for key, value in recorded[1].items())
+    there, asked = Component(**content["model"]["encoder"]), encoder.component
+    if asked is None or (there.name, there.settings) != (asked.name, asked.settings):
+        own = " ".join(f"encoder.{key}={value}" for key, value in there.settings.items())
         raise ConfigError(
-            f"encoder.weights=embedded is of encoder={recorded[0]} {own}: leave encoder.weights out"
+            f"encoder.weights=embedded is of encoder={there.name} {own}: leave encoder.weights out"
         )
     problem = load_weights(encoder, content, "network.encoder.")
     assert not problem, problem

@@ -78,8 +78,7 @@ def run(name: str, arguments: Sequence[str] | None = None) -> None:
         from ffd_lightning.app.configuration import named_plugins
         from ffd_lightning.app.settings import read_settings, settings_help
 
-        plugins = [argument for argument in given if argument.startswith("plugins=")]
-        components.load_plugins(named_plugins(plugins))
+        components.load_plugins(named_plugins(given))
         main_setting = getattr(module, "MAIN", "")
         alone = getattr(module, "ALONE", False)  # without a setting there is something to do
         if {"-h", "--help"} & set(given) or not (given or alone):
@@ -87,11 +86,7 @@ def run(name: str, arguments: Sequence[str] | None = None) -> None:
             print(f"{inspect.getdoc(module)}\n\nSettings:\n\n{listed}")
             print(f"  {'plugins=[]':<20}modules with components of your own.")
             return
-        own = [argument for argument in given if argument not in plugins]
+        own = [argument for argument in given if not argument.startswith("plugins=")]
         sys.exit(module.main(read_settings(schema, own, main_setting)))
 
     shown(command)
-
-
-if __name__ == "__main__":
-    main()

@@ -54,16 +54,15 @@ def print_summary(protocol: Protocol, summary: Mapping[str, float], shapes: str)
     from ffd_lightning.evaluation.candidates import CANDIDATES
     from ffd_lightning.terminal import counted, table_console, terminal_width
 
-    rows = []
-    for name, meaning in CANDIDATES.items():
-        scores = [summary.get(f"{name}_{m.name}".removeprefix("_")) for m in protocol.metrics]
-        pairs = zip(protocol.metrics, scores, strict=True)
-        if None not in scores:
-            rows.append([meaning, *(number(m.factor * x) for m, x in pairs if x is not None)])
+    def cells(prefix: str) -> list[str]:
+        named = [(m, summary.get(f"{prefix}_{m.name}".removeprefix("_"))) for m in protocol.metrics]
+        return ["" if x is None else number(m.factor * x) for m, x in named]
+
+    every = ([meaning, *cells(name)] for name, meaning in CANDIDATES.items())
+    rows = [row for row in every if "" not in row]
     if twins := summary.get("num_twins"):
-        named = ((m, summary.get(f"without_twins_{m.name}")) for m in protocol.metrics)
-        values = ["" if x is None else number(m.factor * x) for m, x in named]
-        rows.append([f"model, less {twins:.0f} near copies of training shapes", *values])
+        title = f"model, less {twins:.0f} near copies of training shapes"
+        rows.append([title, *cells("without_twins")])
     head = ["", *(f"{m.scaled_title} {m.arrow}" for m in protocol.metrics)]
     title = f"Means over {counted(summary['num_samples'], 'image')} of {shapes} shapes"
     note = "; ".join(f"{m.title}: {m.definition}" for m in protocol.metrics)
@@ -156,20 +155,18 @@ def _told(
     cfg: EvaluateConfig, data: FfdDataModule, checkpoint: Path
 ) -> tuple[TrainedModel, OwnTemplates] | None:
     """Return a run's model with the templates that are asked for, and these."""
-    from ffd_lightning.app.own_templates import check_unused, named_templates
     from ffd_lightning.checkpoint import load_model
     from ffd_lightning.inference.own_templates import of_prepared, tell
 
     model = load_model(checkpoint)
     if cfg.templates == ["train"]:
-        check_unused(cfg, "templates=train are the run's own shapes, as they are")
+        cfg.check_unused("templates=train are the run's own shapes, as they are")
         val = () if cfg.evaluation.subset == "val" else data.split.val
-        own = of_prepared(model, data.prepared, sorted({*data.split.train, *data.bank.ids, *val}))
-    elif (named := named_templates(cfg, model, data.root, cfg.progress_bar)) is None:
-        return None
+        ids = sorted({*data.split.train, *data.bank.ids, *val})
+        own: OwnTemplates | None = of_prepared(model, data.prepared, ids)
     else:
-        own = named
-    return tell(model, own, cfg.progress_bar, cfg.beside), own
+        own = cfg.named_templates(model, data.root, cfg.progress_bar)
+    return None if own is None else (tell(model, own, cfg.progress_bar, cfg.beside), own)
 
 
 def _without(shapes: Subset, meshes: Iterable[Mesh]) -> Subset:

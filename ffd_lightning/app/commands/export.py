@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ffd_lightning.app.config import TemplateSettings
-from ffd_lightning.app.own_templates import named_templates
 from ffd_lightning.checkpoint import load_model
 from ffd_lightning.inference.export import (
     check_out,
@@ -58,7 +57,7 @@ def main(settings: Settings) -> int:
         check_out(out)  # before the checkpoint is read
     checkpoint = checkpoint_of(settings.checkpoint or settings.run)
     model = load_model(checkpoint)
-    if (own := named_templates(settings, model, settings.data_root)) is not None:
+    if (own := settings.named_templates(model, settings.data_root)) is not None:
         model = tell(model, own, beside=settings.beside)
     height, width = model.network.image_size
     if out.suffix == ".ckpt":

@@ -31,7 +31,6 @@ from typing import Any
 
 from ffd_lightning.app.config import TemplateSettings
 from ffd_lightning.app.configuration import config_folder
-from ffd_lightning.app.own_templates import named_templates
 from ffd_lightning.components import NotNegative, Positive
 from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.errors import ConfigError, DataError, UserError
@@ -181,7 +180,7 @@ def predict_files(settings: Settings) -> list[Outcome]:
     checkpoint = checkpoint_of(settings.run)
     predictor = Predictor.load(checkpoint, settings.device)
     check_apart(settings.templates or (), out=out)
-    own = named_templates(settings, predictor.model, settings.data_root, settings.progress_bar)
+    own = settings.named_templates(predictor.model, settings.data_root, settings.progress_bar)
     if own is not None:
         predictor = predictor.told(own, settings.progress_bar, settings.beside)
     model = predictor.model

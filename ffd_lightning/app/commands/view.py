@@ -18,7 +18,6 @@ from typing import Annotated
 
 from ffd_lightning.app.commands.predict import file_bytes
 from ffd_lightning.app.config import TemplateSettings
-from ffd_lightning.app.own_templates import named_templates
 from ffd_lightning.components import Range
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.evaluation.samples import Subset
@@ -77,7 +76,7 @@ def main(settings: Settings) -> int:
 def open_shared(settings: Settings) -> Shared:
     """Load a run, or a checkpoint alone, and the photograph to begin with."""
     predictor = Predictor.load(settings.checkpoint or settings.run, settings.device)
-    own = named_templates(settings, predictor.model, settings.data_root or "data")
+    own = settings.named_templates(predictor.model, settings.data_root or "data")
     predictor = predictor if own is None else predictor.told(own, beside=settings.beside)
     shapes, note = None, "A checkpoint alone: open a photo."
     path = None if settings.run is None else Path(settings.run)
