@@ -9,10 +9,10 @@ import torch
 
 from ffd_lightning.app.build import build_all, build_source, category_names
 from ffd_lightning.app.config import PrepareConfig, TrainConfig
-from ffd_lightning.app.first_weights import weights_problem
 from ffd_lightning.components import plain, written
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.pretrained import KERAS_ADDRESS, KERAS_FILES
 
 _CAMERAS = ("camera", "elevation", "azimuths", "random_views", "samples")
 
@@ -69,5 +69,25 @@ def _training_problems(cfg: TrainConfig) -> Iterator[str]:
         )
     if not any(term.weight for term in regime.terms.values()):
         yield f"regime {regime.name} has no term of a weight above 0: nothing would be learnt"
-    if problem := weights_problem(cfg):
-        yield problem
+    yield from _first_weights_problems(cfg)
+
+
+def _first_weights_problems(cfg: TrainConfig) -> Iterator[str]:
+    """Ask for a word that none are meant, where others are usual.
+
+    The paper's networks start from ImageNet weights, which this package does not bring.
+    """
+    encoder = cfg.encoder
+    if cfg.network.weights is not None:
+        if encoder.weights not in (None, "none"):
+            yield "network.weights brings the encoder's, too: leave encoder.weights out"
+    elif (cfg.schedule.name, encoder.name, encoder.weights) == ("paper", "mobilenet", None):
+        width = encoder.settings["width"]
+        if file := KERAS_FILES.get(width):
+            ask = f"give Keras' file, encoder.weights={file} ({KERAS_ADDRESS}{file})"
+        else:
+            ask = f"Keras publishes none of width {width:g}: encoder.weights=FILE takes yours"
+        yield (
+            f"schedule=paper starts from ImageNet weights, as the paper does: {ask}, or train from "
+            "scratch with encoder.weights=none"
+        )

@@ -14,7 +14,7 @@ from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.inference.predictor import checkpoint_of
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
-from ffd_lightning.pretrained import KERAS_ADDRESS, KERAS_FILES, pretrained_model
+from ffd_lightning.pretrained import pretrained_model
 from ffd_lightning.terminal import counted
 
 EMBEDDED = "embedded"
@@ -52,29 +52,6 @@ def load_network_weights(network: TemplateFfdNetwork, weights: str) -> None:
 
 def _network_file(weights: str) -> Path:
     return checkpoint_of(None if weights == EMBEDDED else weights)
-
-
-def weights_problem(cfg: Any) -> str:
-    """Return what first weights lack: the word that none are meant, where others are usual.
-
-    The paper's networks start from ImageNet weights, which this package does not bring.
-    """
-    encoder = cfg.encoder
-    if cfg.network.weights is not None:
-        said = encoder.weights not in (None, "none")
-        return "network.weights brings the encoder's, too: leave encoder.weights out" * said
-    if cfg.schedule.name != "paper" or encoder.name != "mobilenet" or encoder.weights is not None:
-        return ""
-    width = encoder.settings["width"]
-    if width in KERAS_FILES:
-        file = KERAS_FILES[width]
-        ask = f"give Keras' file, encoder.weights={file} ({KERAS_ADDRESS}{file})"
-    else:
-        ask = f"Keras publishes none of width {width:g}: encoder.weights=FILE takes yours"
-    return (
-        f"schedule=paper starts from ImageNet weights, as the paper does: {ask}, or train from "
-        "scratch with encoder.weights=none"
-    )
 
 
 def leak_warning(
