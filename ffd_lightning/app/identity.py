@@ -28,7 +28,6 @@ from ffd_lightning.files import write_atomic
 from ffd_lightning.run_folder import RunFolder, decides
 
 _PLACED = ("category.name", "regime.name", "templates.name", "seed")  # the folder's path has them
-_PLACED_GROUPS = ("category", "regime", "templates")
 _TOLD = (
     *("category.name", "regime.name", "templates.count", "template_strategy.name", "seed"),
     *("schedule.steps", "schedule.batch_size", "schedule.learning_rate"),
@@ -124,7 +123,7 @@ def run_suffix(_root_: DictConfig) -> str:
     usual, words = without(""), {}
     for key, option in sorted(options.items()):
         by_study = key in base and base[key].input_line == option.input_line
-        if key not in _PLACED_GROUPS and not by_study and differences(without(key), usual):
+        if f"{key}.name" not in _PLACED and not by_study and differences(without(key), usual):
             value = option.value()
             chosen = value if isinstance(value, list) else [value]
             chosen = [x for x in chosen if key != "callback" or not _watches(str(x))]

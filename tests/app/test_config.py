@@ -4,7 +4,7 @@ from itertools import chain
 
 import pytest
 import torch
-from commands import ROOT, python
+from commands import ROOT
 
 from ffd_lightning import components
 from ffd_lightning.app.build import build_module, build_network, build_objective
@@ -135,18 +135,3 @@ def test_a_mistake_is_explained_in_one_line(overrides, words):
     message = explain(caught.value)
     assert "\n" not in message
     assert [word for word in words if word not in message] == [], message
-
-
-def test_the_command_shows_one_message(tmp_path, monkeypatch):
-    (tmp_path / "tmp").mkdir()
-    monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
-    sweep = ("-m", "network.degrees=[3,3],[3,3,3]")
-    result = python(
-        "train.py", *sweep, f"paths.runs={tmp_path}/runs", f"paths.data={tmp_path}/data"
-    )
-    assert result.returncode == 1
-    assert not list((tmp_path / "tmp").glob("tmp*")), "nothing is left behind"
-    assert "Traceback" not in result.stdout + result.stderr
-    (message,) = result.stderr.strip().splitlines()
-    assert message.startswith("error: network.degrees=[3,3] must be 3 values")
-    assert not (tmp_path / "data").exists()

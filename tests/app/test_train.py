@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 import torch
-from commands import killed_training, python, run_command
+from commands import ROOT, killed_training, python, run_command
 from conftest import FEW, TINY
+from omegaconf import OmegaConf
 from PIL import Image
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
@@ -16,6 +17,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.open_run import open_run
+from ffd_lightning.app.sweep_end import SweepEnd
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import lock_folder
@@ -252,11 +254,22 @@ def test_a_run_that_is_refused_before_it_begins_leaves_nothing_behind(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_value_that_only_later_jobs_have_is_refused_before_the_first(tmp_path):
-    sweep = ("-m", "network.degrees=[3,3,3],[3,3]", "seed=0,1", f"paths.runs={tmp_path}/runs")
-    done = run_command("train", *sweep, cwd=tmp_path)
+@pytest.mark.parametrize("degrees", ["[3,3],[3,3,3]", "[3,3,3],[3,3]"])
+def test_a_value_of_any_job_is_refused_in_one_line_before_the_first(degrees, tmp_path, monkeypatch):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    sweep = ("-m", f"network.degrees={degrees}", "seed=0,1", f"paths.runs={tmp_path}/runs")
+    done = python(str(ROOT / "train.py"), *sweep, f"paths.data={tmp_path}/data", folder=tmp_path)
+    assert done.returncode == 1
     assert done.stderr == "error: network.degrees=[3,3] must be 3 values\n"
-    assert list(tmp_path.iterdir()) == []
+    assert not [path for path in tmp_path.iterdir() if not path.name.startswith("torchinductor")]
+
+
+def test_a_sweep_without_an_ended_job_fails(tmp_path):
+    config = {"hydra": {"sweep": {"dir": str(tmp_path)}}, "callbacks": {"report": False}}
+    callback = SweepEnd()
+    callback.on_multirun_start(OmegaConf.create(config))
+    with pytest.raises(SystemExit, match="no job"):
+        callback.on_multirun_end(OmegaConf.create(config))
 
 
 def test_a_job_that_is_refused_stops_no_other_of_the_same_folder(prepared, data_root, tmp_path):
