@@ -30,16 +30,15 @@ def validate(cfg: PrepareConfig) -> None:
 
 def _data_problems(cfg: PrepareConfig) -> Iterator[str]:
     """Name files that are not there, and cameras of images that are given."""
-    found = [("data", cfg.data.settings.get("root"))]
+    found = [("data.root", cfg.data.settings.get("root"))]
     if isinstance(cfg, TrainConfig):
-        found.append(("split", cfg.split.settings.get("file")))
+        found.append(("split.file", cfg.split.settings.get("file")))
         pattern = str(cfg.template_strategy.settings.get("file") or "")
-        names = category_names(cfg)
-        found += [("template_strategy", pattern.replace("{category}", name)) for name in names]
-    for group, path in found:
+        files = [pattern.replace("{category}", name) for name in category_names(cfg)]
+        found += [("template_strategy.file", file) for file in files]
+    for setting, path in found:
         if path and not Path(path).expanduser().exists():
-            setting = "root" if group == "data" else "file"
-            yield f"{group}.{setting}={path} does not exist"
+            yield f"{setting}={path} does not exist"
     if not build_source(cfg).own_images:
         return
     usual = RenderSettings()

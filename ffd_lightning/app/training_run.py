@@ -151,11 +151,11 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         return {}
     network.to(trainer.strategy.root_device)  # Lightning leaves it on the CPU
     run.set_data(data.record())
-    _rank_templates(cfg, run, data, network)
+    options = evaluation_options(cfg, data, cfg.trainer.progress_bar)
+    _rank_templates(cfg, run, data, network, options.workers)
     count, steps = len(tested), trainer.global_step
     log.info("%s: evaluating %d %s shapes", run.path, count, cfg.evaluation.subset)
     run.set_progress("evaluating", 0, count, None)
-    options = evaluation_options(cfg, data, cfg.trainer.progress_bar)
     subject = replace(subject, step=steps)
     summary = evaluate(subject, protocol, _evaluation_folder(run, cfg), options)
     summary["seconds_per_step"] = clock.seconds_per_step
@@ -265,14 +265,13 @@ def _record_templates(run: RunFolder, data: FfdDataModule) -> None:
 
 
 def _rank_templates(
-    cfg: TrainConfig, run: RunFolder, data: FfdDataModule, network: TemplateFfdNetwork
+    cfg: TrainConfig, run: RunFolder, data: FfdDataModule, network: TemplateFfdNetwork, workers: int
 ) -> None:
     """Write how often each template is selected: a choice, so not on test shapes."""
     on_train = cfg.template_ranking.subset == "train"
     ids = data.split.train if on_train else data.split.selection_ids
     samples = Subset(data.prepared, data.rows(ids)).samples(cfg.template_ranking.all_views)
     log.info("%s: ranking the templates on %s", run.path, counted(len(samples), "image"))
-    workers = cfg.evaluation.workers or torch.get_num_threads()
     ranking = rank_templates(network, data.bank, data.prepared, samples, workers)
     write_csv(run.path / "template_ranking.csv", ranking)
 

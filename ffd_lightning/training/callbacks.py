@@ -54,7 +54,7 @@ class Clock(Callback):
         every: steps from one point of a curve to the next, as the logger's.
     """
 
-    def __init__(self, every: int = 50) -> None:
+    def __init__(self, every: int) -> None:
         self.every = every
         self._durations: deque[float] = deque(maxlen=_KEPT_STEPS)
         self._last: float | None = None
@@ -215,9 +215,9 @@ class Reconstructions(Callback):
         name: the run's, which tags begin with.
     """
 
-    def __init__(self, examples: int, count: int, times: int, name: str = "") -> None:
+    def __init__(self, examples: int, count: int, times: int, name: str) -> None:
         self.examples, self.count, self.times = examples, count, times
-        self._clouds = f"{name.replace('/', ' ')}: {CLOUD_LEGEND}/clouds".removeprefix(": ")
+        self._clouds = f"{name.replace('/', ' ')}: {CLOUD_LEGEND}/clouds"
 
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Draw what is due."""

@@ -152,7 +152,7 @@ def test_pictures_are_of_their_model_and_give_every_part_its_mode_back(logged, m
     network.parts[1].eval()
     monkeypatch.setattr(callbacks, "write_clouds", lambda *args: clouds.extend(args[2]))
     monkeypatch.setattr(logged.module, "network", network)
-    Reconstructions(EXAMPLES, SHOWN, 1).on_validation_end(logged.trainer, logged.module)
+    Reconstructions(EXAMPLES, SHOWN, 1, "").on_validation_end(logged.trainer, logged.module)
     assert [part.training for part in network.modules()] == [True, True, True, False]
     rows = example_rows(logged.data, EXAMPLES)[:SHOWN]
     examples = zip(rows, network.offsets, (1, 0), clouds, strict=True)

@@ -20,12 +20,7 @@ from pathlib import Path
 
 from ffd_lightning.app.config import TemplateSettings
 from ffd_lightning.checkpoint import load_model
-from ffd_lightning.inference.export import (
-    check_out,
-    export_onnx,
-    templates_file,
-    write_packed,
-)
+from ffd_lightning.inference.export import check_out, export_onnx, templates_file, write_packed
 from ffd_lightning.inference.own_templates import tell
 from ffd_lightning.inference.predictor import checkpoint_of
 from ffd_lightning.terminal import counted

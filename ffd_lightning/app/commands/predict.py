@@ -36,13 +36,7 @@ from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder, read_json
 from ffd_lightning.imaging.framing import Background, Box
-from ffd_lightning.inference.files import (
-    MeshWriter,
-    record,
-    write_cloud,
-    write_json,
-    write_preview,
-)
+from ffd_lightning.inference.files import MeshWriter, record, write_cloud, write_json, write_preview
 from ffd_lightning.inference.own_templates import check_apart
 from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
