@@ -10,6 +10,7 @@ import statistics
 import time
 from collections import deque
 from collections.abc import Sequence
+from contextlib import ExitStack
 from functools import partial
 from typing import Any
 
@@ -120,23 +121,21 @@ class Progress(Callback):
         show: say it, too.
     """
 
-    _bar: CountProgress | None = None
-
     def __init__(self, run: RunFolder, clock: Clock, show: bool) -> None:
         self._run, self._clock, self._show = run, clock, show
+        self._shown = ExitStack()
 
     def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Begin, where the run is resumed."""
         self._done, show = trainer.global_step, self._show and trainer.is_global_zero
-        self._bar = CountProgress("training", trainer.max_steps, self._done, show, "steps")
-        self._bar.__enter__()
+        bar = CountProgress("training", trainer.max_steps, self._done, show, "steps")
+        self._bar = self._shown.enter_context(bar)
         self._write(trainer)
 
     def on_train_batch_end(self, trainer: Trainer, *_: Any) -> None:
         """Count the steps."""
-        if self._bar is not None:
-            self._bar.advance(trainer.global_step - self._done, partial(_box_chamfer, trainer))
-            self._done = trainer.global_step
+        self._bar.advance(trainer.global_step - self._done, partial(_box_chamfer, trainer))
+        self._done = trainer.global_step
         if time.monotonic() - self._last > _WRITTEN_EVERY:
             self._write(trainer)
 
@@ -150,13 +149,11 @@ class Progress(Callback):
 
     def on_train_end(self, *_: Any) -> None:
         """Take the bar away."""
-        if self._bar is not None:
-            self._bar.__exit__()
-            self._bar = None
+        self._shown.close()
 
     def on_exception(self, *_: Any) -> None:
         """Take the bar away."""
-        self.on_train_end()
+        self._shown.close()
 
 
 def _box_chamfer(trainer: Trainer) -> str:

@@ -12,7 +12,7 @@ from torch import Tensor
 from ffd_lightning.errors import ConfigError
 
 _UNREAD = 50  # losses that are left on the device: a GPU's host waits when it reads one
-WAY_OUT = (
+_WAY_OUT = (
     "Look for divisions by 0 and for roots of 0, whose gradients are infinite; a lower learning "
     "rate or weight of a term may help. No checkpoint is written of it: one that is there is of an "
     "earlier step and finite, and training goes on from it once the cause is mended"
@@ -39,22 +39,24 @@ class FiniteLosses:
             step, parts = unread[first]
             cause = list(parts)[_first_non_finite(list(parts.values()), trainer) or 0]
             raise ConfigError(
-                f"the loss of step {step + 1} is not finite, because of {cause}. {WAY_OUT}"
+                f"the loss of step {step + 1} is not finite, because of {cause}. {_WAY_OUT}"
             )
 
+    def read_with_weights(self, module: LightningModule, state: Mapping[str, Any]) -> None:
+        """Read all losses, and a module's weights in a state of it.
 
-def not_finite(module: LightningModule, state: Mapping[str, Any]) -> str | None:
-    """Return the first of a module's weights that is infinite or nan in a state of it.
-
-    Of buffers only nan counts: some are meant to be infinite.
-    """
-    weights = {name for name, _ in module.named_parameters()}
-    for name, value in state.items():
-        if isinstance(value, Tensor):
-            finite = value.isfinite() if name in weights else ~value.isnan()
-            if not finite.all():
-                return name
-    return None
+        Of buffers only nan counts: some are meant to be infinite.
+        """
+        self.read(module.trainer)
+        weights = {name for name, _ in module.named_parameters()}
+        for name, value in state.items():
+            if isinstance(value, Tensor):
+                finite = value.isfinite() if name in weights else ~value.isnan()
+                if not finite.all():
+                    raise ConfigError(
+                        f"{name} is not finite after step {module.global_step}, because of a "
+                        f"gradient. {_WAY_OUT}"
+                    )
 
 
 def _first_non_finite(values: Sequence[Tensor], trainer: Trainer) -> int | None:

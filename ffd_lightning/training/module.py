@@ -29,7 +29,7 @@ from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
 from ffd_lightning.nn.viewpoint import viewpoint_loss
 from ffd_lightning.training.batch_statistics import SharedBatchStatistics
-from ffd_lightning.training.finite import WAY_OUT, FiniteLosses, not_finite
+from ffd_lightning.training.finite import FiniteLosses
 
 MakeOptimizer = Callable[[ParamsT], Optimizer]
 MakeScheduler = Callable[[Optimizer, int], LRScheduler]
@@ -175,12 +175,12 @@ class FfdModule(LightningModule):
 
     def on_validation_start(self) -> None:
         """Make sure that losses and weights are finite, and tell the heads the templates."""
-        self._check_finite(self.state_dict())
+        self._losses.read_with_weights(self, self.state_dict())
         self.on_test_start()
 
     def on_train_end(self) -> None:
         """Make sure that losses and weights are finite."""
-        self._check_finite(self.state_dict())
+        self._losses.read_with_weights(self, self.state_dict())
 
     def on_test_start(self) -> None:
         """Tell conditioned heads the templates."""
@@ -205,7 +205,7 @@ class FfdModule(LightningModule):
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Add what makes the checkpoint of use without the data, if all in it is finite."""
-        self._check_finite(checkpoint["state_dict"])
+        self._losses.read_with_weights(self, checkpoint["state_dict"])
         for name, state in checkpoint.get("callbacks", {}).items():
             checkpoint["callbacks"][name] = storable(f"the callback {name}", state)
         for state in checkpoint.get("optimizer_states", []):
@@ -221,12 +221,6 @@ class FfdModule(LightningModule):
             )
             return
         checkpoint.update(model_entry(self.network, data, self.record))
-
-    def _check_finite(self, state: Mapping[str, Any]) -> None:
-        self._losses.read(self.trainer)
-        if name := not_finite(self, state):
-            step = f"after step {self.global_step}"
-            raise ConfigError(f"{name} is not finite {step}, because of a gradient. {WAY_OUT}")
 
     @property
     def _data(self) -> FfdDataModule | None:
