@@ -11,10 +11,9 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from hydra.core.global_hydra import GlobalHydra
+from hydra import compose
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
@@ -153,10 +152,8 @@ def _identity_of(overrides: tuple[str, ...], own: Mapping[str, Any]) -> dict[str
 
 @lru_cache(maxsize=256)
 def _composed(overrides: tuple[str, ...]) -> dict[str, Any]:
-    loader = GlobalHydra.instance().config_loader()
-    composed = loader.load_configuration("train", [*overrides], RunMode.RUN, from_shell=False)
-    whole: Any = OmegaConf.to_container(composed, resolve=False)
-    return {key: value for key, value in whole.items() if key != "hydra"}
+    composed: Any = OmegaConf.to_container(compose("train", [*overrides]), resolve=False)
+    return composed
 
 
 def difference_name(settings: Mapping[str, Any]) -> str:
