@@ -173,6 +173,7 @@ def test_other_templates(tmp_path):
     tiny = [x for x in TINY if not x.startswith("data.num_models")]
     own = [f"paths.data={tmp_path}/data", "data=folder", f"data.root={root.parent}"]
     few = ["heads=conditioned", "heads.draw=3", "schedule.steps=2", "split.train_fraction=0.5"]
+    few.append("data.variants=0")
     composed = compose_config("train", TrainConfig, [*tiny, *own, *few])
     cfg, run = typed_config(composed, TrainConfig), RunFolder(tmp_path / "run")
     train(cfg, run)
