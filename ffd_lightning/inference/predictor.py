@@ -24,7 +24,6 @@ from ffd_lightning.inference.own_templates import (
     tell,
 )
 from ffd_lightning.inference.reconstruction import Reconstruction
-from ffd_lightning.nn.network import FfdPrediction
 from ffd_lightning.nn.viewpoint import Viewpoint, viewpoints
 from ffd_lightning.pretrained import pretrained_model
 from ffd_lightning.run_folder import RunFolder
@@ -205,7 +204,12 @@ class Predictor:
         offsets = prediction.offsets.float().cpu().numpy()
         if not (np.isfinite(weights).all() and np.isfinite(offsets).all()):
             raise DataError("the network's outputs are not finite: its training has diverged")
-        return weights, offsets, self._viewpoints(prediction)
+        if prediction.viewpoint is not None:
+            seen = [tuple(viewpoints(row)) for row in prediction.viewpoint.float().cpu()]
+            return weights, offsets, seen
+        camera = self.model.only_camera
+        known = () if camera is None else (Viewpoint(camera.azimuth, camera.elevation, 1.0),)
+        return weights, offsets, [known] * len(photos)
 
     def _reconstruction(
         self,
@@ -224,14 +228,6 @@ class Predictor:
         """Whether reconstructions have a viewpoint."""
         model = self.model
         return model.network.viewpoint is not None or model.only_camera is not None
-
-    def _viewpoints(self, prediction: FfdPrediction) -> list[tuple[Viewpoint, ...]]:
-        """Return from where each photograph may have been taken."""
-        camera, count = self.model.only_camera, len(prediction.template_weights)
-        if prediction.viewpoint is not None:
-            return [tuple(viewpoints(row)) for row in prediction.viewpoint.float().cpu()]
-        known = () if camera is None else (Viewpoint(camera.azimuth, camera.elevation, 1.0),)
-        return [known] * count
 
 
 def checkpoint_of(source: str | Path | None) -> Path:
