@@ -16,7 +16,7 @@ from ffd_lightning.components import typed
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.background import border_ring, main_parts, split_by_border
 from ffd_lightning.imaging.objects import main_object
-from ffd_lightning.imaging.photos import Bytes, as_photo, over_white, reason_of
+from ffd_lightning.imaging.photos import Bytes, Photo, over_white, read_photo, reason_of
 
 Background = Literal["auto", "rembg"]
 """What tells a photograph's object from its background, where no mask is given: its alpha channel,
@@ -61,13 +61,13 @@ class _Cut:
 
 
 def frame_photo(
-    picture: Image.Image | Bytes,
+    picture: Photo,
     *,
     height: int,
     width: int,
     fill: float,
     whole: bool = True,
-    mask: Image.Image | Bytes | None = None,
+    mask: Photo | None = None,
     box: Box | None = None,
     background: Background = "auto",
 ) -> FramedPhoto:
@@ -79,7 +79,7 @@ def frame_photo(
     taken as it is.
 
     Args:
-        picture: from `read_photo`, any other, or (H, W, 3 or 4) uint8.
+        picture: the photograph.
         height: of the result, in pixels.
         width: of the result, in pixels.
         fill: the larger side of the object's box in pixels / `height`, see `object_fill`.
@@ -95,9 +95,9 @@ def frame_photo(
         ConfigError: rembg or OpenCV is needed but is not installed, or has no weights.
     """
     typed(Background, background, "background")
-    photo = as_photo(picture)
+    photo = read_photo(picture)
     if mask is not None:
-        cut = _cut_by_mask(photo, as_photo(mask, "the mask"))
+        cut = _cut_by_mask(photo, read_photo(mask, "the mask"))
     elif box is not None:
         cut = _cut_by_box(photo, box)
     elif background == "rembg":

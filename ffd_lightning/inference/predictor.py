@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from PIL import Image
 
 from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.framing import Background, Box, FramedPhoto, frame_photo
-from ffd_lightning.imaging.photos import read_photo
+from ffd_lightning.imaging.photos import Photo
 from ffd_lightning.inference.own_templates import (
     AnyMesh,
     OwnTemplates,
@@ -27,8 +26,6 @@ from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.nn.viewpoint import Viewpoint, viewpoints
 from ffd_lightning.pretrained import pretrained_model
 from ffd_lightning.run_folder import RunFolder
-
-Photo = str | Path | Image.Image | NDArray[np.uint8]
 
 
 class Predictor:
@@ -116,7 +113,8 @@ class Predictor:
         """Bring a photograph to where the network sees it as it saw its training images.
 
         Args:
-            image: a file, a PIL image, or (H, W, 3 or 4) uint8: RGB, and coverage as alpha.
+            image: a file or its content, a PIL image, or (H, W, 3 or 4) uint8: RGB, and coverage as
+                alpha.
             mask: bright where the object is; (H, W) or any picture, of the upright photograph's
                 size.
             box: left, top, right and bottom of the object in it, pixels, for GrabCut.
@@ -128,12 +126,12 @@ class Predictor:
         """
         render = self.model.render
         return frame_photo(
-            _read(image),
+            image,
             height=render.height,
             width=render.width,
             fill=self.model.object_fill,
             whole=render.camera == "framed",
-            mask=None if mask is None else _read(mask),
+            mask=mask,
             box=box,
             background=background,
         )
@@ -266,7 +264,3 @@ def choose_device(name: str) -> torch.device:
         reason = str(error).split("\n")[0]
         raise ConfigError(f"device={name} cannot be used ({reason}): try device=cpu") from None
     return device
-
-
-def _read(picture: Photo) -> Image.Image | NDArray[np.uint8]:
-    return read_photo(Path(picture)) if isinstance(picture, str | Path) else picture
