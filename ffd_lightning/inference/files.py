@@ -115,8 +115,7 @@ def write_preview(
         "deformed mesh": surface,
     }
     if surface.face_parts is not None:
-        parts = Mesh(surface.vertices, surface.faces, part_colors(surface.face_parts))
-        meshes["parts"] = parts
+        meshes["parts"] = Mesh(surface.vertices, surface.faces, part_colors(surface.face_parts))
     times = max(1, _PREVIEW_HEIGHT // view.height)
     camera = reconstruction.camera or view.picture_camera
     seen = View(camera, times * view.height, times * view.width)

@@ -90,8 +90,7 @@ class Heads(nn.Module):
                 "batch norm cannot train on a batch of one image: use schedule.batch_size=2 or "
                 "more and drop an incomplete last batch"
             )
-        found: Tensor = self.shared(self.bottleneck(features))
-        return found
+        return self.shared(self.bottleneck(features))
 
     @abstractmethod
     def forward(
