@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ffd_lightning.errors import UserError
-from ffd_lightning.inference.files import MeshWriter
+from ffd_lightning.inference.scenes import glb, mesh_scene
 from ffd_lightning.inference.viewer.scene import SPACING, Scene
 from ffd_lightning.inference.viewer.shared import Photo, Shared
 from ffd_lightning.inference.viewer.state import State
@@ -165,7 +165,8 @@ class Page:
     def _on_save(self, _: Any) -> None:
         assert self.state is not None
         result = self.state.result()
-        content = MeshWriter(result.bank, self.colors.value).glb(result)
+        colors = self.colors.value
+        content = glb(mesh_scene(result.colored(colors), colors))
         # Shapes of several categories have a slash.
         name = re.sub(r"[^\w.-]+", "-", self.state.name)
         self._client.send_file_download(f"{name}.glb", content, save_immediately=True)
