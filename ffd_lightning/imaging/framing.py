@@ -272,26 +272,18 @@ def _cut_by_border(photo: Image.Image, wanted: float) -> _Cut:
 
 def _split(photo: Image.Image) -> _Cut:
     small = _reduced(photo)
-    found = split_by_border(np.asarray(over_white(small), np.float32))
-    step = f"background: border colour {found.colour}, {found.tolerance / 2.55:.1f}% tolerance"
-    if found.specks:
-        step += f", {found.specks} specks left out"
-    warnings = []
-    if not found.uniform:
-        warnings.append(
-            f"the background is not uniform ({100 * found.outside:.0f}% of the border has other "
-            f"colours, it varies by {found.spread / 2.55:.1f}%): check the result, or give mask=..."
-        )
-    kept, left_out = main_object(found.coverage > 0)
+    rgb, coverage, step, warning = split_by_border(np.asarray(over_white(small), np.float32))
+    warnings = [warning] if warning else []
+    kept, left_out = main_object(coverage > 0)
     if left_out:
         warnings.append(
             f"{left_out} other {'thing' if left_out == 1 else 'things'} beside the object left "
             "out: if that belongs to it, or is what you mean, give mask=..., bright where the "
             "object is"
         )
-    rgb = _as_bytes(np.where(kept[..., None], found.rgb, 255))
-    coverage = _as_bytes(255 * found.coverage * kept)
-    return _Cut(rgb, coverage, photo.width / small.width, step, tuple(warnings))
+    rgb, covered = np.where(kept[..., None], rgb, 255), 255 * coverage * kept
+    scale = photo.width / small.width
+    return _Cut(_as_bytes(rgb), _as_bytes(covered), scale, step, tuple(warnings))
 
 
 def _reduced(photo: Image.Image) -> Image.Image:
