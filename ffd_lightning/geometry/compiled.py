@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
@@ -16,16 +16,15 @@ import torch
 _SLICES_PER_THREAD = 4  # so that a thread that was held up does not hold up the others
 
 
-def jit(function: Callable[..., Any], fastmath: Collection[str] = ()) -> Callable[..., Any]:
+def jit(function: Callable[..., Any], fastmath: bool | set[str] = False) -> Callable[..., Any]:
     """Compile at first use, without the interpreter's lock; later processes reuse the result.
 
     Without fastmath, liberties that may be taken in arithmetic, all machines give the same results.
     """
-    liberties = set(fastmath) or False
     try:
-        return numba.njit(function, nogil=True, cache=True, fastmath=liberties)
+        return numba.njit(function, nogil=True, cache=True, fastmath=fastmath)
     except RuntimeError:  # neither the package's folder nor the user's cache can be written
-        return numba.njit(function, nogil=True, fastmath=liberties)
+        return numba.njit(function, nogil=True, fastmath=fastmath)
 
 
 def over_threads(function: Callable[..., None], count: int, *arguments: Any) -> None:

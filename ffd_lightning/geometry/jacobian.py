@@ -6,13 +6,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from ffd_lightning.geometry.ffd import (
-    Degrees,
-    Lattice,
-    bernstein_basis,
-    flat_axes,
-    num_control_points,
-)
+from ffd_lightning.geometry.ffd import Degrees, Lattice, bernstein_basis, flat_axes
 
 _CHUNK = 65_536  # points at a time: three matrices of 33 MB each at degree 3
 
@@ -82,7 +76,7 @@ def lattice_determinants(
     >>> lattice_determinants(cube * torch.tensor([2.0, 0, -3]), cube, (1, 1, 1)).unique()
     tensor([-6.])
     """
-    count = num_control_points(degrees)
+    count = offsets.shape[-2]
     with torch.autocast(offsets.device.type, enabled=False):
         grid = [torch.arange(degree + 1).to(offsets) / degree for degree in degrees]
         identity = torch.eye(count).to(offsets)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,35 +18,7 @@ _SHADE = 7.0
 _TERMS = ((0, 0, 0, 1, 1, 2), (0, 1, 2, 0, 1, 0))  # powers of y and x in a quadratic
 
 
-@dataclass(frozen=True)
-class BorderSplit:
-    """A picture divided into object and background.
-
-    Attributes:
-        rgb: (h, w, 3) over white, levels of 255.
-        coverage: (h, w), 1 where the object is.
-        colour: of the border.
-        tolerance: how far from it the background's colour may be, in levels.
-        spread: how much it varies at the border, in levels: a robust standard deviation.
-        outside: share of the border that has another colour.
-        specks: how many small things were left out.
-    """
-
-    rgb: Floats
-    coverage: Floats
-    colour: tuple[int, ...]
-    tolerance: float
-    spread: float
-    outside: float
-    specks: int
-
-    @property
-    def uniform(self) -> bool:
-        """Whether the border is of one colour well enough to be trusted."""
-        return self.outside <= 0.03 and self.tolerance < _TOLERANCES[1]
-
-
-def split_by_border(pixels: Floats) -> BorderSplit:
+def split_by_border(pixels: Floats) -> tuple[Floats, Floats, str, str]:
     """Take for the object what differs from the border's colour.
 
     A quadratic surface is fitted to each channel at the border, robustly, so that an object that
@@ -55,6 +26,10 @@ def split_by_border(pixels: Floats) -> BorderSplit:
     so is what has the same colour as such places in its neighbourhood (soft shadows, vignettes),
     and holes that have the surface's colour on average. Then, since the background is known, its
     share is taken out of the pixels, (h, w, 3) levels of 255, at the object's edge.
+
+    Returns:
+        The picture over white, (h, w, 3) levels of 255, and the object's coverage, (h, w), 1 where
+        it is; what was done, in words; and a warning, "" if the border is of one colour.
     """
     ring = border_ring(pixels.shape[:2])
     # Noise would otherwise widen the tolerance.
@@ -63,7 +38,7 @@ def split_by_border(pixels: Floats) -> BorderSplit:
     for _ in range(3):
         surface = _surface(smooth, known)
         apart = _apart(smooth, surface)
-        spread = 1.4826 * float(np.median(apart[ring]))
+        spread = 1.4826 * float(np.median(apart[ring]))  # a robust standard deviation
         tolerance = min(max(2.2 * spread, _TOLERANCES[0]), _TOLERANCES[1])
         known = _reached(apart < tolerance, ring)
     colour = tuple(int(v) for v in np.round(np.median(surface[ring], axis=0)))
@@ -74,7 +49,16 @@ def split_by_border(pixels: Floats) -> BorderSplit:
     coverage = _soft_edge(parts, _apart(pixels, surface))
     share = coverage[..., None]
     rgb = np.where(share > 0, pixels + (1 - share) * (255 - surface), 255)
-    return BorderSplit(rgb, coverage, colour, tolerance, spread, outside, specks)
+    step = f"background: border colour {colour}, {tolerance / 2.55:.1f}% tolerance"
+    if specks:
+        step += f", {specks} specks left out"
+    warning = ""
+    if outside > 0.03 or tolerance >= _TOLERANCES[1]:
+        warning = (
+            f"the background is not uniform ({100 * outside:.0f}% of the border has other "
+            f"colours, it varies by {spread / 2.55:.1f}%): check the result, or give mask=..."
+        )
+    return rgb, coverage, step, warning
 
 
 def border_ring(shape: tuple[int, ...]) -> NDArray[np.bool_]:

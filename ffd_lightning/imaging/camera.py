@@ -63,9 +63,8 @@ class Camera:
     @property
     def projection(self) -> NDArray[np.float64]:
         """From points (x, y, z, 1) to how far to the right, up and away they are, (3, 4)."""
-        pose = self.pose
-        axes = np.stack([pose.right, pose.up, pose.forward])
-        return np.column_stack([axes, -axes @ pose.position])
+        position, *axes = self.pose
+        return np.column_stack([axes, -np.stack(axes) @ position])
 
     @property
     def half_height(self) -> float:
@@ -77,21 +76,9 @@ class Camera:
 
         Offsets of points that are not in front of the camera, of a depth below 0.001, mean nothing.
         """
-        pose = self.pose
-        axes = np.stack([pose.right, pose.up, pose.forward])
-        x, y, depth = ((np.asarray(points, np.float64) - pose.position) @ axes.T).T
+        position, *axes = self.pose
+        x, y, depth = ((np.asarray(points, np.float64) - position) @ np.stack(axes).T).T
         return np.stack([x, y], 1) / np.maximum(depth, 1e-3)[:, None], depth
-
-    def pixels(
-        self, points: ArrayLike, height: int, width: int
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return columns and rows (N, 2) of points (N, 3) in an image, and depths (N,).
-
-        Pixel (0, 0) covers columns and rows from 0 to 1.
-        """
-        slopes, depth = self.slopes(points)
-        scaled = slopes * np.array([1, -1]) * height / 2 / self.half_height
-        return scaled + np.array([width, height]) / 2, depth
 
     def moved(self, center: ArrayLike, scale: float) -> Camera:
         """Return the camera that sees shapes as before once they are (x - center) * scale."""

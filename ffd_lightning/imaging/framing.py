@@ -16,7 +16,7 @@ from ffd_lightning.components import typed
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.background import border_ring, main_parts, split_by_border
 from ffd_lightning.imaging.objects import main_object
-from ffd_lightning.imaging.photos import Bytes, as_photo, over_white, reason_of
+from ffd_lightning.imaging.photos import Bytes, Photo, over_white, read_photo, reason_of
 
 Background = Literal["auto", "rembg"]
 """What tells a photograph's object from its background, where no mask is given: its alpha channel,
@@ -61,13 +61,13 @@ class _Cut:
 
 
 def frame_photo(
-    picture: Image.Image | Bytes,
+    picture: Photo,
     *,
     height: int,
     width: int,
     fill: float,
     whole: bool = True,
-    mask: Image.Image | Bytes | None = None,
+    mask: Photo | None = None,
     box: Box | None = None,
     background: Background = "auto",
 ) -> FramedPhoto:
@@ -79,7 +79,7 @@ def frame_photo(
     taken as it is.
 
     Args:
-        picture: from `read_photo`, any other, or (H, W, 3 or 4) uint8.
+        picture: the photograph.
         height: of the result, in pixels.
         width: of the result, in pixels.
         fill: the larger side of the object's box in pixels / `height`, see `object_fill`.
@@ -95,9 +95,9 @@ def frame_photo(
         ConfigError: rembg or OpenCV is needed but is not installed, or has no weights.
     """
     typed(Background, background, "background")
-    photo = as_photo(picture)
+    photo = read_photo(picture)
     if mask is not None:
-        cut = _cut_by_mask(photo, as_photo(mask, "the mask"))
+        cut = _cut_by_mask(photo, read_photo(mask, "the mask"))
     elif box is not None:
         cut = _cut_by_box(photo, box)
     elif background == "rembg":
@@ -272,26 +272,18 @@ def _cut_by_border(photo: Image.Image, wanted: float) -> _Cut:
 
 def _split(photo: Image.Image) -> _Cut:
     small = _reduced(photo)
-    found = split_by_border(np.asarray(over_white(small), np.float32))
-    step = f"background: border colour {found.colour}, {found.tolerance / 2.55:.1f}% tolerance"
-    if found.specks:
-        step += f", {found.specks} specks left out"
-    warnings = []
-    if not found.uniform:
-        warnings.append(
-            f"the background is not uniform ({100 * found.outside:.0f}% of the border has other "
-            f"colours, it varies by {found.spread / 2.55:.1f}%): check the result, or give mask=..."
-        )
-    kept, left_out = main_object(found.coverage > 0)
+    rgb, coverage, step, warning = split_by_border(np.asarray(over_white(small), np.float32))
+    warnings = [warning] if warning else []
+    kept, left_out = main_object(coverage > 0)
     if left_out:
         warnings.append(
             f"{left_out} other {'thing' if left_out == 1 else 'things'} beside the object left "
             "out: if that belongs to it, or is what you mean, give mask=..., bright where the "
             "object is"
         )
-    rgb = _as_bytes(np.where(kept[..., None], found.rgb, 255))
-    coverage = _as_bytes(255 * found.coverage * kept)
-    return _Cut(rgb, coverage, photo.width / small.width, step, tuple(warnings))
+    rgb, covered = np.where(kept[..., None], rgb, 255), 255 * coverage * kept
+    scale = photo.width / small.width
+    return _Cut(_as_bytes(rgb), _as_bytes(covered), scale, step, tuple(warnings))
 
 
 def _reduced(photo: Image.Image) -> Image.Image:

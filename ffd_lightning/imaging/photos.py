@@ -15,6 +15,8 @@ from PIL import Image, ImageOps, UnidentifiedImageError
 from ffd_lightning.errors import DataError
 
 Bytes: TypeAlias = NDArray[np.uint8]
+Photo: TypeAlias = str | Path | bytes | Image.Image | Bytes
+"""A file, a file's content, PIL's picture, or (H, W) or (H, W, 3 or 4) uint8."""
 
 MAX_PIXELS = 60_000_000
 """Of a photograph; larger ones are not decoded. Phones make up to 50 million."""
@@ -22,29 +24,32 @@ MAX_PIXELS = 60_000_000
 _FORMATS = ("PNG", "JPEG", "WEBP", "AVIF", "BMP", "GIF", "TIFF", "PPM")
 
 
-def read_photo(source: str | Path | bytes, name: str = "") -> Image.Image:
-    """Read a photograph: PNG, JPEG, WebP, AVIF, BMP, GIF, TIFF, PPM, from a file or its content.
+def read_photo(source: Photo, name: str = "the photograph") -> Image.Image:
+    """Read a photograph; files are PNG, JPEG, WebP, AVIF, BMP, GIF, TIFF, PPM.
+
+    Args:
+        source: a photograph, or any picture.
+        name: what messages call it, if it is no file.
 
     Returns:
         Upright, RGB or RGBA; of several frames the first. Colour profiles are ignored.
 
     Raises:
-        DataError: there is no such file, or it cannot be read; the message names it and says why.
+        DataError: there is no such file, or it cannot be read, has no pixels or is no picture; the
+            message names it and says why.
     """
-    name = name or ("the photograph" if isinstance(source, bytes) else str(source))
+    name = str(source) if isinstance(source, str | Path) else name
     content = source if isinstance(source, bytes) else b""
     try:
-        if not isinstance(source, bytes):
+        if isinstance(source, str | Path):
             if not Path(source).is_file():
                 raise OSError("it is not a file")  # reading a pipe would wait for ever
             content = Path(source).read_bytes()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of large pictures, where our limit is lower
-            picture = Image.open(io.BytesIO(content), formats=_FORMATS)
-        if picture.width * picture.height > MAX_PIXELS:
-            size = f"{picture.width:,} x {picture.height:,} pixels"
-            raise ValueError(f"{size}, more than {MAX_PIXELS:,}: make it smaller first")
-        return _upright(picture)
+        if isinstance(source, str | Path | bytes):
+            return _upright(_opened(content))
+        if not isinstance(source, Image.Image):
+            source = _of_array(np.asarray(source))
+        return _upright(source)  # a file may be decoded only now
     except UnidentifiedImageError:
         kind = "HEIC, which is not read" if content[4:8] == b"ftyp" else "no picture, or damaged"
         raise DataError(f"{name} is {kind}: save it as JPEG or PNG") from None
@@ -52,18 +57,14 @@ def read_photo(source: str | Path | bytes, name: str = "") -> Image.Image:
         raise DataError(f"{name} cannot be read ({reason_of(error)})") from error
 
 
-def as_photo(picture: Image.Image | Bytes, name: str = "the photograph") -> Image.Image:
-    """Return PIL's picture, or (H, W) or (H, W, 3 or 4) uint8, as `read_photo` would.
-
-    Raises:
-        DataError: it is none, has no pixels, or cannot be decoded.
-    """
-    try:
-        if not isinstance(picture, Image.Image):
-            picture = _of_array(np.asarray(picture))
-        return _upright(picture)
-    except Exception as error:  # a file may be decoded only now
-        raise DataError(f"{name} cannot be read ({reason_of(error)})") from error
+def _opened(content: bytes) -> Image.Image:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of large pictures, where our limit is lower
+        picture = Image.open(io.BytesIO(content), formats=_FORMATS)
+    if picture.width * picture.height > MAX_PIXELS:
+        size = f"{picture.width:,} x {picture.height:,} pixels"
+        raise ValueError(f"{size}, more than {MAX_PIXELS:,}: make it smaller first")
+    return picture
 
 
 def _of_array(array: NDArray[Any]) -> Image.Image:

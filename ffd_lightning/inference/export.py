@@ -240,11 +240,6 @@ def write_packed(checkpoint: Path, out: Path, model: TrainedModel | None = None)
     if model.network.heads.conditioned:
         entry["template_codes"] = model.network.template_codes.cpu()
         entry["strangers"] = model.network.strangers
-    packed = {
-        "global_step": model.step,
-        "state_dict": network,
-        "model": entry,
-    }
     buffer = io.BytesIO()
-    torch.save(packed, buffer)
+    torch.save({"global_step": model.step, "state_dict": network, "model": entry}, buffer)
     write_file(out, buffer.getvalue())

@@ -10,67 +10,42 @@ import numpy as np
 import trimesh
 from trimesh.exchange.obj import export_obj
 
-from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.figures import View, cloud_mesh, reconstruction_row
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.grid import grid, png
 from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.inference.pieces import MeshColors, Piece, face_colors, pieces
+from ffd_lightning.inference.pieces import MeshColors, face_colors
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.inference.scenes import glb, lattice_scene, mesh_scene
 from ffd_lightning.palette import part_colors
 
-_PALETTE = 64  # colours of one mesh
 _PREVIEW_POINTS = 4096
 _PREVIEW_HEIGHT = 192  # of its cells, pixels: images of less are shown two or more times as large
 
 
-class MeshWriter:
-    """Writes meshes of reconstructions by the same templates, in pieces named after their parts.
+def write_meshes(
+    reconstruction: Reconstruction, folder: Path, colors: MeshColors, obj: bool = False
+) -> None:
+    """Write `mesh.glb`, `template.glb`, `lattice.glb`, and where asked `mesh.obj`.
 
-    Raises:
-        DataError: colours by part, but the templates have no part labels.
+    Meshes are in pieces named after their parts. Textures are within the GLB files, and beside the
+    OBJ file (`scenes.OBJ_TEXTURES`).
     """
-
-    def __init__(self, bank: TemplateBank, colors: MeshColors = "material") -> None:
-        if colors == "parts" and not bank.part_names:
-            raise DataError("colors=parts: the templates have no part labels; use colors=material")
-        self._bank, self._colors = bank, colors
-        # Faces, parts and materials are the template's: found once, wherever the vertices go.
-        self._pieces: dict[int, list[Piece]] = {}
-
-    def write(self, reconstruction: Reconstruction, folder: Path, obj: bool = False) -> None:
-        """Write `mesh.glb`, `template.glb`, `lattice.glb`, and where asked `mesh.obj`.
-
-        Textures are within the GLB files, and beside the OBJ file (`scenes.OBJ_TEXTURES`).
-        """
-        mesh = self._bank.meshes[reconstruction.index]
-        split = pieces(mesh, self._colors, _PALETTE)
-        template = mesh_scene(mesh.vertices, split, mesh.textures, linear=True)
-        write_file(folder / "template.glb", glb(template))
-        write_file(folder / "mesh.glb", self.glb(reconstruction))
-        write_file(folder / "lattice.glb", glb(lattice_scene(reconstruction)))
-        if obj:
-            scene = self._scene(reconstruction, linear=False)
-            text, materials = export_obj(scene, return_texture=True, mtl_name="mesh.mtl", digits=6)
-            for name, content in {**materials, "mesh.obj": text.encode()}.items():
-                write_file(folder / name, content)
-
-    def glb(self, reconstruction: Reconstruction) -> bytes:
-        """Return the deformed mesh as a GLB file's content."""
-        return glb(self._scene(reconstruction, linear=True))
-
-    def _scene(self, reconstruction: Reconstruction, linear: bool) -> trimesh.Scene:
-        index, surface = reconstruction.index, reconstruction.colored(self._colors)
-        if self._colors == "photo":
-            split = pieces(surface, self._colors, _PALETTE)
-        else:
-            if index not in self._pieces:
-                self._pieces[index] = pieces(surface, self._colors, _PALETTE)
-            split = self._pieces[index]
-        return mesh_scene(surface.vertices, split, surface.textures, linear)
+    surface = reconstruction.colored(colors)
+    scenes = {
+        "template": mesh_scene(reconstruction.bank.meshes[reconstruction.index], colors),
+        "mesh": mesh_scene(surface, colors),
+        "lattice": lattice_scene(reconstruction),
+    }
+    for name, scene in scenes.items():
+        write_file(folder / f"{name}.glb", glb(scene))
+    if obj:
+        scene = mesh_scene(surface, colors, linear=False)
+        text, materials = export_obj(scene, return_texture=True, mtl_name="mesh.mtl", digits=6)
+        for name, content in {**materials, "mesh.obj": text.encode()}.items():
+            write_file(folder / name, content)
 
 
 def write_cloud(
@@ -115,8 +90,7 @@ def write_preview(
         "deformed mesh": surface,
     }
     if surface.face_parts is not None:
-        parts = Mesh(surface.vertices, surface.faces, part_colors(surface.face_parts))
-        meshes["parts"] = parts
+        meshes["parts"] = Mesh(surface.vertices, surface.faces, part_colors(surface.face_parts))
     times = max(1, _PREVIEW_HEIGHT // view.height)
     camera = reconstruction.camera or view.picture_camera
     seen = View(camera, times * view.height, times * view.width)

@@ -72,7 +72,6 @@ def of_files(
     up: Up = "y",
     yaw: float = 0.0,
     root: str | Path = "data",
-    workers: int = 0,
     progress: bool = True,
 ) -> OwnTemplates:
     """Take mesh files as templates; they are prepared once, and kept, see `Preparation`.
@@ -85,7 +84,6 @@ def of_files(
         up: the axis of the meshes that points up.
         yaw: degrees about the vertical, anticlockwise from above, until they face -z.
         root: they are kept in `root/prepared`.
-        workers: processes that prepare, 0 for one per core.
         progress: show on stderr how far it is, and draw a contact sheet.
 
     Raises:
@@ -104,7 +102,7 @@ def of_files(
     points, preparations = model.bank.points.shape[1], []
     for category, source in found.items():
         given = (source, category, points, model.render, Path(root).expanduser())
-        preparations.append(Preparation(*given, workers=workers, progress=progress))
+        preparations.append(Preparation(*given, progress=progress))
     new = progress and not all(preparation.target.exists() for preparation in preparations)
     prepared = PreparedSet.open(*(preparation.run().path for preparation in preparations))
     own = of_prepared(model, prepared, prepared.ids)

@@ -7,7 +7,6 @@ from typing import get_args
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 
 from ffd_lightning.data.reading.orientation import Up, turn
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -32,15 +31,10 @@ def better_turn(own: TemplateBank, known: TemplateBank, up: Up, yaw: float) -> t
     clouds = own.points[torch.from_numpy(places), :_POINTS].double().numpy()
     as_given = clouds @ turn(np.eye(3), up, yaw).T  # the inverse of a rotation
     turns = [(up, yaw), *product(get_args(Up), (0.0, 90.0, 180.0, 270.0))]
-    far = np.array([_distances(turn(as_given, *each), known) for each in turns])
+    turned = (torch.from_numpy(turn(as_given, *each)).float() for each in turns)
+    aims = known.points[:, :_POINTS]
+    nearest = [chamfer_distance(c[:, None], aims, "mean").amin(1).double() for c in turned]
+    far = torch.stack(nearest).numpy()
     best = int(far.mean(1).argmin())
     nearer = (far[best] < (1 - _NEARER) * far[0]).mean() >= _SHARE
     return turns[best] if nearer and far[best].mean() < _MEAN * far[0].mean() else (up, yaw)
-
-
-def _distances(clouds: NDArray[np.float64], known: TemplateBank) -> list[float]:
-    """Return the Chamfer distance of each cloud, (k, n, 3), to the nearest template."""
-    aims = known.points[:, :_POINTS]
-    return [
-        float(chamfer_distance(c, aims, "mean").min()) for c in torch.from_numpy(clouds).float()
-    ]

@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from PIL import Image
 
 from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.framing import Background, Box, FramedPhoto, frame_photo
-from ffd_lightning.imaging.photos import read_photo
+from ffd_lightning.imaging.photos import Photo
 from ffd_lightning.inference.own_templates import (
     AnyMesh,
     OwnTemplates,
@@ -24,12 +23,9 @@ from ffd_lightning.inference.own_templates import (
     tell,
 )
 from ffd_lightning.inference.reconstruction import Reconstruction
-from ffd_lightning.nn.network import FfdPrediction
 from ffd_lightning.nn.viewpoint import Viewpoint, viewpoints
 from ffd_lightning.pretrained import pretrained_model
 from ffd_lightning.run_folder import RunFolder
-
-Photo = str | Path | Image.Image | NDArray[np.uint8]
 
 
 class Predictor:
@@ -117,7 +113,8 @@ class Predictor:
         """Bring a photograph to where the network sees it as it saw its training images.
 
         Args:
-            image: a file, a PIL image, or (H, W, 3 or 4) uint8: RGB, and coverage as alpha.
+            image: a file or its content, a PIL image, or (H, W, 3 or 4) uint8: RGB, and coverage as
+                alpha.
             mask: bright where the object is; (H, W) or any picture, of the upright photograph's
                 size.
             box: left, top, right and bottom of the object in it, pixels, for GrabCut.
@@ -129,12 +126,12 @@ class Predictor:
         """
         render = self.model.render
         return frame_photo(
-            _read(image),
+            image,
             height=render.height,
             width=render.width,
             fill=self.model.object_fill,
             whole=render.camera == "framed",
-            mask=None if mask is None else _read(mask),
+            mask=mask,
             box=box,
             background=background,
         )
@@ -205,7 +202,12 @@ class Predictor:
         offsets = prediction.offsets.float().cpu().numpy()
         if not (np.isfinite(weights).all() and np.isfinite(offsets).all()):
             raise DataError("the network's outputs are not finite: its training has diverged")
-        return weights, offsets, self._viewpoints(prediction)
+        if prediction.viewpoint is not None:
+            seen = [tuple(viewpoints(row)) for row in prediction.viewpoint.float().cpu()]
+            return weights, offsets, seen
+        camera = self.model.only_camera
+        known = () if camera is None else (Viewpoint(camera.azimuth, camera.elevation, 1.0),)
+        return weights, offsets, [known] * len(photos)
 
     def _reconstruction(
         self,
@@ -224,14 +226,6 @@ class Predictor:
         """Whether reconstructions have a viewpoint."""
         model = self.model
         return model.network.viewpoint is not None or model.only_camera is not None
-
-    def _viewpoints(self, prediction: FfdPrediction) -> list[tuple[Viewpoint, ...]]:
-        """Return from where each photograph may have been taken."""
-        camera, count = self.model.only_camera, len(prediction.template_weights)
-        if prediction.viewpoint is not None:
-            return [tuple(viewpoints(row)) for row in prediction.viewpoint.float().cpu()]
-        known = () if camera is None else (Viewpoint(camera.azimuth, camera.elevation, 1.0),)
-        return [known] * count
 
 
 def checkpoint_of(source: str | Path | None) -> Path:
@@ -270,7 +264,3 @@ def choose_device(name: str) -> torch.device:
         reason = str(error).split("\n")[0]
         raise ConfigError(f"device={name} cannot be used ({reason}): try device=cpu") from None
     return device
-
-
-def _read(picture: Photo) -> Image.Image | NDArray[np.uint8]:
-    return read_photo(Path(picture)) if isinstance(picture, str | Path) else picture

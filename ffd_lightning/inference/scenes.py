@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
@@ -12,30 +11,27 @@ from PIL import Image
 from trimesh.visual.material import PBRMaterial
 
 from ffd_lightning.geometry.ffd import Degrees, lattice_edges
-from ffd_lightning.inference.pieces import Piece
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.inference.pieces import MeshColors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
 
 OBJ_TEXTURES = "mesh-texture-*.png"
 """Names of the pictures beside an OBJ file, as a pattern: trimesh calls them by their materials."""
 
+_PALETTE = 64  # colours of one mesh
 _BEFORE, _AFTER = (150, 150, 150, 255), (214, 39, 40, 255)
 _BAR, _KNOT = 0.002, 0.007  # half the widths in the lattice's drawing, in template units
 
 
-def mesh_scene(
-    vertices: NDArray[np.float64],
-    split: Sequence[Piece],
-    textures: Sequence[NDArray[np.uint8]],
-    linear: bool,
-) -> trimesh.Scene:
-    """Return a mesh of vertices (V, 3) and textures (h, w, 4) uint8 as a scene of its pieces.
+def mesh_scene(surface: Mesh, colors: MeshColors, linear: bool = True) -> trimesh.Scene:
+    """Return a mesh as a scene of its pieces.
 
     `linear` gives the colours as glTF wants them, which is linear light.
     """
     result = trimesh.Scene()
-    images = [_picture(texture) for texture in textures]
-    for k, piece in enumerate(split):
-        mesh = trimesh.Trimesh(vertices[piece.vertices], piece.faces, process=False)
+    images = [_picture(texture) for texture in surface.textures]
+    for k, piece in enumerate(pieces(surface, colors, _PALETTE)):
+        mesh = trimesh.Trimesh(surface.vertices[piece.vertices], piece.faces, process=False)
         name = f"{piece.name}-{k}"
         image = None if piece.texture < 0 else images[piece.texture]
         see_through = piece.rgba[3] < 255 if image is None else image.mode == "RGBA"

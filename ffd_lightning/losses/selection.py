@@ -57,9 +57,10 @@ class WeightedCosts:
     def __call__(self, inputs: StepInput, costs: Float[Tensor, "queries templates"]) -> Teaching:
         """Return f of the weights, (q, T)."""
         weights = inputs.prediction.template_weights
-        if self.function == "identity":
-            return Teaching(weights)
-        return Teaching(log_weights(weights) if self.function == "log" else weights.square())
+        if self.function == "log":  # cut off where 1 - gamma is below the dtype's resolution
+            limit = 1 - torch.finfo(weights.dtype).eps
+            return Teaching(-torch.log1p(-weights.clamp(max=limit)))
+        return Teaching(weights.square() if self.function == "square" else weights)
 
 
 @component("selection", "posterior")
@@ -107,12 +108,3 @@ class PosteriorTaught:
         weights = (1 - self.uniform) * posterior + self.uniform * even
         log_probs = inputs.prediction.template_logits.log_softmax(dim=1)
         return Teaching(weights, -self.weight * (posterior * log_probs).sum())
-
-
-def log_weights(weights: Float[Tensor, "*shape"]) -> Float[Tensor, "*shape"]:
-    r"""Return $-\log(1 - \gamma)$, cut off where 1 - gamma is below the dtype's resolution.
-
-    >>> log_weights(torch.tensor([0.0, 0.5]))
-    tensor([0.0000, 0.6931])
-    """
-    return -torch.log1p(-weights.clamp(max=1 - torch.finfo(weights.dtype).eps))

@@ -6,7 +6,7 @@ import torch
 from jaxtyping import Float, UInt8
 from torch import Tensor
 
-from ffd_lightning.geometry.ffd import TemplateSample
+from ffd_lightning.geometry.ffd import TemplateSample, deform
 from ffd_lightning.nn.viewpoint import Views
 
 POINTS = 256
@@ -51,9 +51,8 @@ def consensus_logits(
     log_probs = logits.log_softmax(1)
     top, index = log_probs.topk(min(_LIKELY, logits.shape[1]), dim=1)
     queries = torch.arange(logits.shape[0], device=logits.device)[:, None]
-    matrix, control_points, degrees = templates
-    sample = TemplateSample(matrix[index], control_points[index], degrees)
-    clouds = sample.deformed(offsets[queries, index])
+    matrix, control_points, _ = templates
+    clouds = deform(matrix[index], control_points[index], offsets[queries, index])
     # Image by image: a whole batch fits in no cache. An exported graph takes any batch.
     parts = (clouds,) if torch.compiler.is_exporting() else clouds.split(1)
     distances = torch.cat(

@@ -90,8 +90,7 @@ class Heads(nn.Module):
                 "batch norm cannot train on a batch of one image: use schedule.batch_size=2 or "
                 "more and drop an incomplete last batch"
             )
-        found: Tensor = self.shared(self.bottleneck(features))
-        return found
+        return self.shared(self.bottleneck(features))
 
     @abstractmethod
     def forward(
@@ -123,15 +122,11 @@ class Heads(nn.Module):
 class TemplateHeads(Heads):
     """One slice of the last layers for each template (the paper's).
 
+    Other arguments are those of `Heads` and of its `initialize`.
+
     Args:
-        in_channels: channels of the feature map.
-        map_size: (h, w) of the feature map.
         num_templates: T.
         num_control_points: M.
-        bottleneck: channels after the 1 x 1 convolution.
-        hidden: width of the dense layer.
-        offset_std: deviation of the offset layer's first weights, in template units.
-        batch_norm_momentum: share of a new batch in the moving statistics.
 
     Source: the paper's table of layers, below its MobileNet row.
     """
@@ -177,14 +172,10 @@ class ConditionedHeads(Heads):
     Training draws templates anew each step, from all shapes that are trained on, up to half of them
     from the run's own templates.
 
+    Other arguments are those of `Heads` and of its `initialize`.
+
     Args:
-        in_channels: channels of the feature map.
-        map_size: (h, w) of the feature map.
         num_control_points: M.
-        bottleneck: channels after the 1 x 1 convolution.
-        hidden: width of the dense layer.
-        offset_std: deviation of the offset layer's first weights, in template units.
-        batch_norm_momentum: share of a new batch in the moving statistics.
         draw: templates that a training step draws; of several categories it takes a few, and 8 of
             each.
         code: size of each half of a code.

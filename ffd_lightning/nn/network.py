@@ -252,8 +252,7 @@ class TemplateFfdNetwork(nn.Module):
         inputs = standardize(images).to(
             dtype=self.heads.offsets.weight.dtype, memory_format=torch.channels_last
         )
-        features: Tensor = self.encoder(inputs)
-        return features
+        return self.encoder(inputs)
 
     def predict(
         self,

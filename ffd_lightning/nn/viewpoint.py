@@ -58,8 +58,7 @@ class ViewpointHead(nn.Module):
 
     def forward(self, hidden: Float[Tensor, "q hidden"]) -> Float[Tensor, "q bins"]:
         """Return logits of 36 azimuths, 0, 10, ..., and the elevation in units of 30 degrees."""
-        found: Tensor = self.layers(hidden.detach())
-        return found
+        return self.layers(hidden.detach())
 
 
 def viewpoint_loss(

@@ -4,6 +4,7 @@ import zipfile
 import numpy as np
 import pytest
 from PIL import Image
+from projection import pixels_of
 from shapenet_tree import BAD, CHAIR, GOOD, bad_models, good_models, write_folder, write_zips
 from trees import png
 
@@ -224,7 +225,7 @@ def test_cameras_of_renderings_are_those_of_their_metadata(
     margin = np.array([width - 137 * scale, height - 137 * scale]) / 2
     assert np.abs(raw.mean(0)).max() > 1e-3, "and the shape is not centred"
     for k, (azimuth, elevation, _, ratio, _) in enumerate(METADATA):
-        pixels, _ = prepared.camera(0, k).pixels(prepared.mesh(0).vertices, height, width)
+        pixels, _ = pixels_of(prepared.camera(0, k), prepared.mesh(0).vertices, height, width)
         expected = seen_by_3d_r2n2(raw, azimuth, elevation, ratio) * scale + margin
         np.testing.assert_allclose(pixels, expected, atol=1e-3)
 

@@ -8,15 +8,13 @@ from ffd_lightning.geometry.subdivision import subdivide, subdivide_mesh
 
 def test_short_edges_same_surface_and_origin_of_faces():
     box = trimesh.creation.box((1, 0.3, 0.02))
-    fine = subdivide(box.vertices, box.faces, 0.1)
-    corners = fine.vertices[fine.faces]
+    vertices, faces, index = subdivide(box.vertices, box.faces, 0.1)
+    corners = vertices[faces]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
     assert edges.max() <= 0.1
-    mesh = trimesh.Trimesh(fine.vertices, fine.faces)
-    assert mesh.area == pytest.approx(box.area)
-    centers = corners.mean(1)
-    normals = box.face_normals[fine.face_index]
-    offsets = ((centers - box.vertices[box.faces[fine.face_index, 0]]) * normals).sum(-1)
+    assert trimesh.Trimesh(vertices, faces).area == pytest.approx(box.area)
+    origins = box.vertices[box.faces[index, 0]]
+    offsets = ((corners.mean(1) - origins) * box.face_normals[index]).sum(-1)
     np.testing.assert_allclose(offsets, 0, atol=1e-9)
 
 
@@ -40,7 +38,7 @@ def test_textures_stay_where_they_are():
     """The UV of each new corner is what lies there, by its areas within the face it came from."""
     mesh = textured_box()
     fine = subdivide_mesh(mesh, 0.06)
-    index = subdivide(mesh.vertices, mesh.faces, 0.06).face_index
+    index = subdivide(mesh.vertices, mesh.faces, 0.06)[2]
     assert len(fine.faces) > 20 * len(mesh.faces)
     for name in ("face_colors", "face_parts", "face_textures"):
         np.testing.assert_array_equal(getattr(fine, name), getattr(mesh, name)[index])

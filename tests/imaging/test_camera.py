@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from projection import pixels_of
 
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.mesh import Mesh
@@ -17,7 +18,7 @@ def test_points_fall_where_they_are_drawn():
         faces = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
         dot = Mesh(corners, faces, np.full((4, 4), 255, np.uint8))
         rows, columns = render(dot, camera, height=240, width=320)[..., 3].nonzero()
-        pixels, depth = camera.pixels(corners, 240, 320)
+        pixels, depth = pixels_of(camera, corners, 240, 320)
         assert (depth > 0.5).all()
         low, high = pixels.min(0), pixels.max(0)
         np.testing.assert_allclose([columns.min(), rows.min()], low, atol=1.01)
@@ -39,5 +40,5 @@ def test_the_authors_camera_is_that_of_their_script():
     depth = relative @ toward
     x = 128 + focal * relative @ [-1, 0, 0] / depth
     y = 96 - focal * relative @ up / depth
-    pixels, _ = camera.pixels(points, 192, 256)
+    pixels, _ = pixels_of(camera, points, 192, 256)
     np.testing.assert_allclose(pixels, np.stack([x, y], 1), atol=1e-9)

@@ -9,7 +9,7 @@ from PIL import Image
 from trees import encoded
 
 from ffd_lightning.errors import DataError
-from ffd_lightning.imaging.photos import as_photo, read_photo
+from ffd_lightning.imaging.photos import read_photo
 
 PHOTO = np.full((60, 80, 3), (90, 130, 190), np.uint8)
 PHOTO[10:40, 30:70] = (200, 60, 20)
@@ -23,7 +23,7 @@ def test_photographs_are_turned_upright_once(orientation):
     stored = np.ascontiguousarray(np.rot90(PHOTO, {6: 1, 3: 2}[orientation]))
     picture = read_photo(encoded(Image.fromarray(stored), exif=exif))
     np.testing.assert_array_equal(np.asarray(picture), PHOTO)
-    np.testing.assert_array_equal(np.asarray(as_photo(picture)), PHOTO)
+    np.testing.assert_array_equal(np.asarray(read_photo(picture)), PHOTO)
 
 
 @pytest.mark.parametrize(
@@ -78,4 +78,4 @@ def test_bad_files_are_refused_by_name(tmp_path, name):
 @pytest.mark.parametrize("array", [np.zeros((40, 50, 3)), np.zeros((3, 40, 50), np.uint8)])
 def test_an_array_that_is_no_picture_is_told_what_one_is(array):
     with pytest.raises(DataError, match=r"\(H, W, 3 or 4\) uint8, this is \(.*40, 50"):
-        as_photo(array)
+        read_photo(array)

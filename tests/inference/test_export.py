@@ -36,6 +36,20 @@ def _without_shape_checks():
     jaxtyping.config.update("jaxtyping_disable", False)
 
 
+def compared(folder, network, images):
+    """What the file gives, held against torch in float64: of one image, of two, of all."""
+    session = onnxruntime.InferenceSession(folder / "model.onnx")
+    assert [output.name for output in session.get_outputs()] == list(OUTPUTS)
+    for size in (1, 2, len(images)):
+        outputs = session.run(None, {"images": images[:size]})
+        with torch.no_grad():
+            expected = network(torch.from_numpy(images[:size]).double())
+        for name, output in zip(OUTPUTS, outputs, strict=True):
+            np.testing.assert_allclose(output, getattr(expected, name), atol=ROUNDING)
+    np.testing.assert_array_equal(outputs[0].argmax(1), expected.template_index)
+    return outputs
+
+
 @pytest.fixture(scope="module")
 def exported(joint_checkpoint, tmp_path_factory):
     """The folder of what the command wrote, in place of an earlier file, and what it printed."""
@@ -48,16 +62,8 @@ def exported(joint_checkpoint, tmp_path_factory):
 
 def test_the_exported_file_gives_what_torch_gives(exported, joint_checkpoint, prepared):
     folder, printed = exported
-    network = load_model(joint_checkpoint).network.double()
-    session = onnxruntime.InferenceSession(folder / "model.onnx")
     images = np.stack([prepared.image(k)[..., :3].transpose(2, 0, 1) for k in range(5)])
-    for size in (1, 2, 5):
-        outputs = session.run(None, {"images": images[:size]})
-        with torch.no_grad():
-            expected = network(torch.from_numpy(images[:size]).double())
-        for name, output in zip(OUTPUTS, outputs, strict=True):
-            np.testing.assert_allclose(output, getattr(expected, name), atol=ROUNDING)
-    assert [output.name for output in session.get_outputs()] == list(OUTPUTS)
+    outputs = compared(folder, load_model(joint_checkpoint).network.double(), images)
     assert outputs[2].shape == (5, 4, 64, 3)
     assert np.ptp(outputs[2], axis=0).max() > 10 * ROUNDING, "all images gave the same"
     assert "images (batch, 3, 48, 64) uint8, 4 templates" in printed
@@ -147,14 +153,7 @@ def test_files_hold_templates_that_a_network_is_told(conditioned_checkpoint, pre
     views = [prepared.image(k) for k in range(3)]
     images = np.stack([view[..., :3].transpose(2, 0, 1) for view in views])
     network = told.model.network.double()
-    session = onnxruntime.InferenceSession(tmp_path / "model.onnx")
-    for size in (1, 3):
-        outputs = session.run(None, {"images": images[:size]})
-        with torch.no_grad():
-            expected = network(torch.from_numpy(images[:size]).double())
-        for name, output in zip(OUTPUTS, outputs, strict=True):
-            np.testing.assert_allclose(output, getattr(expected, name), atol=ROUNDING)
-        np.testing.assert_array_equal(outputs[0].argmax(1), expected.template_index)
+    compared(tmp_path, network, images)
     with np.load(tmp_path / "model.templates.npz") as templates:
         np.testing.assert_allclose(templates["control_points"], told.model.bank.control_points)
     with torch.no_grad():

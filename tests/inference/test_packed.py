@@ -23,13 +23,9 @@ def written(joint_checkpoint, tmp_path_factory):
     return out
 
 
-@pytest.fixture(scope="module")
-def image(prepared):
-    return prepared.image(0)
-
-
-def test_predictions_are_those_of_weights_rounded_to_float16(written, joint_checkpoint, image):
+def test_predictions_are_those_of_weights_rounded_to_float16(written, joint_checkpoint, prepared):
     """Nothing but the rounding moves them, and it moves them little."""
+    image = prepared.image(0)
     whole, small = Predictor.load(joint_checkpoint), Predictor.load(written)
     before, after = whole.predict(image), small.predict(image)
     np.testing.assert_allclose(after.weights, before.weights, atol=2e-3)

@@ -178,13 +178,12 @@ def mask_of(content, size=None):
     return png(Image.fromarray(mask).resize(size or mask.shape[::-1]))
 
 
-def sent(name, content):
-    file = SimpleNamespace(name=name, content=content)
-    return SimpleNamespace(target=SimpleNamespace(value=file))
-
-
 def clicked(value):
     return SimpleNamespace(target=SimpleNamespace(value=value))
+
+
+def sent(name, content):
+    return clicked(SimpleNamespace(name=name, content=content))
 
 
 def drawn_vertices(page):

@@ -6,16 +6,16 @@ import pytest
 import torch
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.losses.selection import PosteriorTaught, WeightedCosts, log_weights
+from ffd_lightning.losses.selection import PosteriorTaught, WeightedCosts
 
 
 def step(**prediction):
     return SimpleNamespace(prediction=SimpleNamespace(**prediction))
 
 
-def test_log_weights_are_the_formula_and_stay_finite():
+def test_log_weights_are_the_formula_and_stay_finite(unchecked):
     weights = torch.tensor([0.1, 0.9, 1.0], requires_grad=True)
-    value = log_weights(weights)
+    value = WeightedCosts("log")(step(template_weights=weights), weights).cost_weights
     assert value[:2].tolist() == pytest.approx([-math.log(0.9), -math.log(0.1)], rel=1e-5)
     value.sum().backward()
     assert torch.isfinite(value).all()

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 import torch
+from projection import pixels_of
 
 from ffd_lightning.geometry.ffd import Lattice, TemplateSample, deformation_matrix
 from ffd_lightning.imaging.camera import Camera
@@ -55,7 +56,7 @@ def test_an_outline_tells_what_a_photograph_shows():
     bank, camera = sample(*boxes), Camera()
     masks = torch.zeros(3, 96, 128, dtype=torch.uint8)
     for mask, box in zip(masks, boxes, strict=False):  # the third shows nothing
-        columns, rows = camera.pixels(box.double().numpy(), 96, 128)[0].astype(int).T
+        columns, rows = pixels_of(camera, box.double().numpy(), 96, 128)[0].astype(int).T
         mask[np.clip(rows, 0, 95), np.clip(columns, 0, 127)] = 255
     given = torch.zeros(3, 2), torch.zeros(3, 2, 8, 3), bank
     # What cannot have taken them counts for nothing.

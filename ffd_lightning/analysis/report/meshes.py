@@ -102,10 +102,10 @@ def light_template(
     mesh = bank.meshes[index]
     vertices, faces = lighten(mesh.vertices, mesh.faces, max_bytes)
     for edge in _EDGES:
-        finer = subdivide(vertices, faces, edge)
-        if size(finer.vertices, finer.faces) > min(max_bytes, MAX_BYTES):
+        finer = subdivide(vertices, faces, edge)[:2]
+        if size(*finer) > min(max_bytes, MAX_BYTES):
             break
-        vertices, faces = finer.vertices, finer.faces
+        vertices, faces = finer
     moved = deform(
         deformation_matrix(torch.from_numpy(vertices), bank.lattices[index]),
         bank.control_points[index].double(),

@@ -36,7 +36,13 @@ from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder, read_json
 from ffd_lightning.imaging.framing import Background, Box
-from ffd_lightning.inference.files import MeshWriter, record, write_cloud, write_json, write_preview
+from ffd_lightning.inference.files import (
+    record,
+    write_cloud,
+    write_json,
+    write_meshes,
+    write_preview,
+)
 from ffd_lightning.inference.own_templates import check_apart
 from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
@@ -190,6 +196,8 @@ def predict_files(settings: Settings) -> list[Outcome]:
             "colors=photo: this network does not tell from which side a photograph was taken; use "
             "colors=material, or train one that does (data.render.random_views=8)"
         )
+    elif settings.colors == "parts" and not model.bank.part_names:
+        raise DataError("colors=parts: the templates have no part labels; use colors=material")
     digest = hashlib.sha256(checkpoint.read_bytes()).hexdigest()
     maker = _Maker(settings, predictor, digest, [] if own is None else [own.digest])
     done: dict[Path, Outcome] = {}
@@ -217,7 +225,6 @@ class _Maker:
         self._settings, self._predictor, self._digest = settings, predictor, digest
         self._templates = templates  # the digest of those that the network does not bring
         self._colors: MeshColors = settings.colors or "material"
-        self._writer = MeshWriter(predictor.model.bank, self._colors)
 
     def __call__(self, job: Job) -> Outcome:
         try:
@@ -252,7 +259,7 @@ class _Maker:
         write_json(folder / _UNFINISHED, {"files": files})
         for rank, place in enumerate(places):
             found, into = selected.candidate(rank), folder / place
-            self._writer.write(found, into, settings.obj)
+            write_meshes(found, into, self._colors, settings.obj)
             cloud = into / "cloud.ply"
             write_cloud(found, cloud, settings.points, settings.seed, self._colors)
             if settings.preview:

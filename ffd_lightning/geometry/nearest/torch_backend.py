@@ -27,28 +27,26 @@ def search(a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple[Tens
     parts = []
     for p in range(0, len(index_a), pairs):
         cloud_a, cloud_b = a[index_a[p : p + pairs]], b[index_b[p : p + pairs]]
-        d_ab, i_ab = [], []
+        nearest_b = []
         d_ba = torch.full(cloud_b.shape[:2], torch.inf, dtype=a.dtype, device=a.device)
         i_ba = torch.zeros(cloud_b.shape[:2], dtype=torch.int64, device=a.device)
         for r in range(0, num_a, rows):
             difference = cloud_a[:, r : r + rows, None] - cloud_b[:, None]
             squared = difference.square_().sum(-1).nan_to_num_(torch.inf, torch.inf)
-            low = squared.min(2)
-            d_ab.append(low.values)
-            i_ab.append(low.indices)
+            nearest_b.append(squared.min(2))
             high = squared.min(1)
             closer = high.values < d_ba
             d_ba = torch.where(closer, high.values, d_ba)
             i_ba = torch.where(closer, high.indices + r, i_ba)
-        nearest_a, nearest_b = torch.cat(i_ab, 1), i_ba
-        part = []
-        for d, i, cloud in ((torch.cat(d_ab, 1), nearest_a, cloud_a), (d_ba, nearest_b, cloud_b)):
-            part += [
-                torch.where(cloud.isfinite().all(-1), d, torch.nan),
-                torch.where(d < torch.inf, i, 0),
-            ]
-        parts.append(part)
-    return tuple(torch.cat(column) for column in zip(*parts, strict=True))
+        d_ab, i_ab = (torch.cat(column, 1) for column in zip(*nearest_b, strict=True))
+        parts.append((d_ab, i_ab, d_ba, i_ba))
+    d_ab, i_ab, d_ba, i_ba = (torch.cat(column) for column in zip(*parts, strict=True))
+    return (
+        d_ab.where(a.isfinite().all(-1)[index_a], torch.nan),
+        i_ab.where(d_ab < torch.inf, 0),
+        d_ba.where(b.isfinite().all(-1)[index_b], torch.nan),
+        i_ba.where(d_ba < torch.inf, 0),
+    )
 
 
 def gradient(

@@ -12,18 +12,11 @@ from typing import Any
 import numpy as np
 
 from ffd_lightning.errors import UserError
-from ffd_lightning.inference.files import MeshWriter
+from ffd_lightning.inference.scenes import glb, mesh_scene
 from ffd_lightning.inference.viewer.scene import SPACING, Scene
 from ffd_lightning.inference.viewer.shared import Photo, Shared
 from ffd_lightning.inference.viewer.state import State
-from ffd_lightning.inference.viewer.text import (
-    category_labels,
-    in_page,
-    input_text,
-    part_legend,
-    score_table,
-    template_labels,
-)
+from ffd_lightning.inference.viewer.text import in_page, input_text, part_legend, score_table
 
 log = logging.getLogger(__name__)
 
@@ -165,7 +158,8 @@ class Page:
     def _on_save(self, _: Any) -> None:
         assert self.state is not None
         result = self.state.result()
-        content = MeshWriter(result.bank, self.colors.value).glb(result)
+        colors = self.colors.value
+        content = glb(mesh_scene(result.colored(colors), colors))
         # Shapes of several categories have a slash.
         name = re.sub(r"[^\w.-]+", "-", self.state.name)
         self._client.send_file_download(f"{name}.glb", content, save_immediately=True)
@@ -251,7 +245,8 @@ class Page:
             self.back.visible = is_photo
         state = self._shared.open_photo(asked) if is_photo else self._shared.open_shape(*asked)
         found = state.reconstruction
-        self.category.options = category_labels(found)
+        weights = found.category_weights.items()
+        self.category.options = [f"{name} ({weight:.1%})" for name, weight in weights]
         self.category.value = self.category.options[0]
         self.category.visible = len(self.category.options) > 1
         self._list_templates(state)
@@ -265,8 +260,12 @@ class Page:
         self._place_camera()
 
     def _list_templates(self, state: State) -> None:
-        """List the templates of a category, of which the best is chosen."""
-        self.template.options = template_labels(state.reconstruction)
+        """List the templates of a category by rank, of which the best is chosen."""
+        found = state.reconstruction
+        self.template.options = [
+            f"{rank}: {found.bank.ids[t]} ({found.weights[t]:.1%})"
+            for rank, t in enumerate(found.ranking, start=1)
+        ]
         self.template.value = self.template.options[0]
 
 

@@ -110,9 +110,8 @@ class Shared:
         if photo.mask == photo.content:
             raise DataError(f"the mask is the photograph itself, {photo.name}")
         picture = read_photo(photo.content, photo.name)
-        mask = None if photo.mask is None else read_photo(photo.mask, "the mask")
         box = None if photo.box is None else _pixels(photo.box, picture.size)
-        framed = self._predictor.frame(picture, mask=mask, box=box)
+        framed = self._predictor.frame(picture, mask=photo.mask, box=box)
         return self._state(framed, Path(photo.name).stem, None)
 
     def _state(self, framed: FramedPhoto, name: str, truth: Truth | None) -> State:

@@ -64,20 +64,17 @@ class State:
     def offsets(self) -> Floats:
         """How far each control point is from its place of rest, (M, 3)."""
         predicted = self.reconstruction.offsets[self.template]
-        total: Floats = np.float32(self.amount) * predicted + self.edits[self.template]
-        return total
+        return np.float32(self.amount) * predicted + self.edits[self.template]
 
     @property
     def control_points(self) -> Floats:
         """Where the control points are, (M, 3)."""
-        moved: Floats = self.display.control_points[self.template].numpy() + self.offsets
-        return moved
+        return self.display.control_points[self.template].numpy() + self.offsets
 
     @property
     def edited(self) -> NDArray[np.bool_]:
         """Which control points were moved by hand, (M,)."""
-        moved: NDArray[np.bool_] = (self.edits[self.template] != 0).any(axis=1)
-        return moved
+        return (self.edits[self.template] != 0).any(axis=1)
 
     def move(self, index: int, position: NDArray[np.floating]) -> None:
         """Put a control point somewhere, (3,)."""

@@ -9,23 +9,9 @@ import numpy as np
 
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.framing import FramedPhoto
-from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.palette import part_colors
 
 _STYLE = "font-size:12px;margin:2px 12px"
-
-
-def category_labels(found: Reconstruction) -> list[str]:
-    """Return a line for each category that the network knows, best first: name, weight."""
-    return [f"{name} ({weight:.1%})" for name, weight in found.category_weights.items()]
-
-
-def template_labels(found: Reconstruction) -> list[str]:
-    """Return a line for each template of the category, best first: rank, id, weight."""
-    return [
-        f"{rank}: {found.bank.ids[t]} ({found.weights[t]:.1%})"
-        for rank, t in enumerate(found.ranking, start=1)
-    ]
 
 
 def part_legend(mesh: Mesh) -> str:

@@ -12,6 +12,7 @@ from ffd_lightning.errors import ConfigError
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 
 _SIZE = 64  # pixels; no weight depends on it
+_OF_LAYER = ("weight", "bias", "running_mean", "running_var")  # as Keras has them
 
 
 def load_keras_weights(encoder: MobileNetV1, path: str | Path) -> None:
@@ -46,17 +47,10 @@ def load_keras_weights(encoder: MobileNetV1, path: str | Path) -> None:
         ) from None
     for name, module in encoder.layers.named_children():
         if isinstance(module, nn.Conv2d | nn.BatchNorm2d):
-            _copy([torch.from_numpy(w) for w in model.get_layer(name).get_weights()], module)
-
-
-@torch.no_grad()
-def _copy(weights: list[torch.Tensor], module: nn.Conv2d | nn.BatchNorm2d) -> None:
-    """Copy a Keras layer's weights, whose axes are in another order."""
-    if isinstance(module, nn.Conv2d):
-        # (h, w, channels, 1) for depthwise kernels, (h, w, in, out) for the others.
-        module.weight.copy_(weights[0].permute((2, 3, 0, 1) if module.groups > 1 else (3, 2, 0, 1)))
-        return
-    targets = (module.weight, module.bias, module.running_mean, module.running_var)
-    for target, value in zip(targets, weights, strict=True):
-        assert target is not None
-        target.copy_(value)
+            weights = [torch.from_numpy(w) for w in model.get_layer(name).get_weights()]
+            if isinstance(module, nn.Conv2d):
+                # (h, w, channels, 1) for depthwise kernels, (h, w, in, out) for the others.
+                axes = (2, 3, 0, 1) if module.groups > 1 else (3, 2, 0, 1)
+                weights = [weights[0].permute(axes)]
+            # Keras does not count batches, which the module does.
+            module.load_state_dict(dict(zip(_OF_LAYER, weights, strict=False)), strict=False)
