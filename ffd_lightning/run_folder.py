@@ -23,6 +23,7 @@ NOT_DECIDING = (
     *("name", "restart", "plugins", "provided", "base"),
 )
 """Groups and settings of where, how fast, how measured and under what name."""
+_DECIDING = ("precision", "accumulate_grad_batches", "gradient_clip_val")  # of the trainer
 
 
 def decides(key: str) -> bool:
@@ -31,7 +32,8 @@ def decides(key: str) -> bool:
     >>> [decides(key) for key in ("schedule.steps", "trainer.devices", "trainer.precision")]
     [True, False, True]
     """
-    return key == "trainer.precision" or key.split(".")[0] not in NOT_DECIDING
+    group, _, name = key.partition(".")
+    return group not in NOT_DECIDING or (group == "trainer" and name in _DECIDING)
 
 
 @dataclass(frozen=True)

@@ -227,6 +227,8 @@ def build_trainer(cfg: TrainerConfig, **settings: Any) -> Trainer:
             devices=int(cfg.devices) if cfg.devices.isdecimal() else cfg.devices,
             strategy=cfg.strategy,
             precision=cfg.precision,
+            accumulate_grad_batches=cfg.accumulate_grad_batches,
+            gradient_clip_val=cfg.gradient_clip_val,
             **settings,
         )
     except (MisconfigurationException, TypeError, ValueError) as error:

@@ -223,7 +223,7 @@ class ScheduleConfig:
     Attributes:
         name: of the schedule.
         steps: of the training.
-        batch_size: images of a step.
+        batch_size: images of a step, or of each batch that a step accumulates.
         num_points: of each cloud that a step compares.
         learning_rate: of the optimizer; `lr_schedule` says what becomes of it.
         offset_rate: factor of the learning rate for the weights that turn an image into offsets.
@@ -249,6 +249,8 @@ class TrainerConfig:
         checkpoint_every: steps between checkpoints.
         precision: `bf16-mixed` runs the network, and nothing else, in bfloat16, `16-mixed` in
             float16.
+        accumulate_grad_batches: batches of `schedule.batch_size` whose gradients a step adds up.
+        gradient_clip_val: scales a step's gradients to this norm where theirs is larger.
         residency: where images and clouds are kept while training: files, or the device that
             trains.
         num_workers: the data loader's processes, by default none on the CPU and some beside a GPU.
@@ -263,6 +265,8 @@ class TrainerConfig:
     devices: str = "1"
     strategy: str = "auto"
     precision: Literal["32-true", "bf16-mixed", "16-mixed"] = "32-true"
+    accumulate_grad_batches: Positive = 1
+    gradient_clip_val: Annotated[float, Range("(0, inf)")] | None = None
     residency: Literal["auto", "disk", "device"] = "auto"
     num_workers: NotNegative | None = None
     compile: bool = False

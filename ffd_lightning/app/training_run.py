@@ -289,7 +289,7 @@ def _fit(trainer: Trainer, module: FfdModule, data: FfdDataModule, checkpoint: P
 
 
 def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Trainer:
-    figures = cfg.callbacks
+    figures, batches = cfg.callbacks, cfg.trainer.accumulate_grad_batches
     name = f"{cfg.category.name} {cfg.regime.name} {cfg.templates.name} {run.path.name}"
     callbacks = [
         clock,
@@ -319,7 +319,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
         cfg.trainer,
         max_steps=cfg.schedule.steps,
         max_epochs=-1,
-        val_check_interval=min(cfg.trainer.val_every, cfg.schedule.steps),
+        val_check_interval=min(cfg.trainer.val_every, cfg.schedule.steps) * batches,
         num_sanity_val_steps=0,
         log_every_n_steps=cfg.logger.every,
         logger=logger if cfg.logger.tensorboard else False,

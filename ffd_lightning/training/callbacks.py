@@ -73,10 +73,13 @@ class Clock(Callback):
         self._rate = trainer.optimizers[0].param_groups[0]["lr"]
 
     def on_train_batch_end(
-        self, trainer: Trainer, pl_module: LightningModule, outputs: Any, batch: Any, *_: Any
+        self, trainer: Trainer, pl_module: LightningModule, outputs: Any, batch: Any, batch_idx: int
     ) -> None:
         """Note the time since the last step, and write a point whenever the loss is written."""
         now, step = time.perf_counter(), trainer.global_step
+        batches = trainer.accumulate_grad_batches
+        if (batch_idx + 1) % batches:  # of a step that is not over
+            return
         if self._last is not None:
             self._durations.append(now - self._last)
         self._last = now
@@ -93,7 +96,7 @@ class Clock(Callback):
         if recent := list(self._durations)[-self.every :]:
             speed = len(recent) / sum(recent)
             writer.add_scalar("work/steps_per_second", speed, step)
-            queries = speed * len(batch.rows) * trainer.world_size
+            queries = speed * len(batch.rows) * batches * trainer.world_size
             writer.add_scalar("work/queries_per_second", queries, step)
 
     def on_validation_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
@@ -134,6 +137,8 @@ class Progress(Callback):
 
     def on_train_batch_end(self, trainer: Trainer, *_: Any) -> None:
         """Count the steps."""
+        if trainer.global_step == self._done:  # of a step that is not over
+            return
         self._bar.advance(trainer.global_step - self._done, partial(_box_chamfer, trainer))
         self._done = trainer.global_step
         if time.monotonic() - self._last > _WRITTEN_EVERY:
@@ -188,7 +193,7 @@ class TemplateSelection(Callback):
         if not self._pictures:
             self._pictures = [render(m, height=54, width=72) for m in data.bank.meshes]
         step, shares = trainer.global_step, 100 * scores.counts / scores.counts.sum()
-        if step <= int(trainer.val_check_batch or 0):
+        if step <= _between_validations(trainer):
             figure = np.asarray(template_figure(data.bank))
             writer.add_image("which_template/all", figure, step, dataformats="HWC")
         image = np.asarray(selection_bars(scores.counts, scores.weights.mean(0), self._pictures))
@@ -220,7 +225,7 @@ class Reconstructions(Callback):
         """Draw what is due."""
         writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
         step, total = trainer.global_step, trainer.max_steps
-        last = step - int(trainer.val_check_batch or 0)
+        last = step - _between_validations(trainer)
         due = self.times * step // total > self.times * last // total  # of equal parts, one ended
         if writer is None or trainer.sanity_checking or not due:
             return
@@ -241,6 +246,11 @@ class Reconstructions(Callback):
             moved = deform(matrix, bank.control_points[t], torch.from_numpy(offsets))
             pairs.append((moved, torch.from_numpy(prepared.cloud(row, _CLOUD_POINTS))))
         write_clouds(writer, self._clouds, pairs, step)
+
+
+def _between_validations(trainer: Trainer) -> int:
+    """Return how many steps there are from one validation to the next."""
+    return int(trainer.val_check_batch or 0) // trainer.accumulate_grad_batches
 
 
 def example_rows(data: FfdDataModule, count: int) -> list[int]:

@@ -28,6 +28,7 @@ NO_OTHER_RUN = [
 ]
 ANOTHER_RUN = [
     "trainer.precision=bf16-mixed",
+    "trainer.accumulate_grad_batches=2",
     "seed=1",
     "regime=e",
     "+regime.terms.more.term=chamfer",

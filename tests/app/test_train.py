@@ -87,6 +87,23 @@ def test_a_ranking_may_count_every_image_that_was_trained_on(tiny_config, tmp_pa
         train(tiny_config(*given), run)
 
 
+def test_a_step_adds_up_the_gradients_of_batches_and_cuts_them_to_a_norm(tiny_config, tmp_path):
+    given = ["trainer.accumulate_grad_batches=3", "optimizer=sgd", "lr_schedule=none"]
+    given += ["schedule.learning_rate=1", "schedule.offset_rate=1", "schedule.steps=1"]
+    found = []
+    for norm in (0.1, 0.3):
+        run = RunFolder(tmp_path / str(norm))
+        train(tiny_config(*given, f"trainer.gradient_clip_val={norm}", "logger.every=1"), run)
+        network = open_run(run).network
+        found.append(torch.cat([value.flatten() for value in network.parameters()]))
+    apart = torch.linalg.vector_norm((found[1] - found[0]).double())
+    assert apart.item() == pytest.approx(0.2, rel=1e-3)
+    events = EventAccumulator(str(run.path)).Reload()
+    for tag in ("train/loss", "work/learning_rate"):
+        assert [event.step for event in events.Scalars(tag)] == [1]
+    assert [event.step for event in events.Histograms("which_template/selected")] == [1]
+
+
 def hparams_of(events):
     """What TensorBoard's page HPARAMS says of a run."""
     metadata = events.summary_metadata["_hparams_/session_start_info"]
