@@ -10,7 +10,6 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import torch
 from jaxtyping import Float, Int, UInt8
-from numpy.typing import NDArray
 from torch import Tensor
 
 from ffd_lightning.data.preparation.packing import POINT_STEP
@@ -24,7 +23,7 @@ from ffd_lightning.parallel import available_cores
 
 Residency = Literal["auto", "disk", "device"]
 """Where images and clouds are kept while training: in files, or on the device that trains; `auto`
-keeps on a GPU what fits there."""
+keeps on a GPU what half of its free memory holds."""
 
 
 class BatchIndices(NamedTuple):
@@ -110,10 +109,15 @@ class ShapeStore:
                 self.images, self.clouds = self._resident(device)
             self.control_points = bank.control_points.to(place)
             self.matrix = bank.deformation_matrix.to(place)
-            self.own_templates = _own_templates(prepared, bank, place)
             numbers = {name: k for k, name in enumerate(prepared.categories)}
             whose = [numbers[prepared.category(row)] for row in range(len(prepared))]
             self.categories = torch.tensor(whose, device=place)
+            # Of each category the bank's templates, (categories, K).
+            self._banked: Tensor | None = None
+            if len(numbers) > 1:
+                of_bank = self.categories[[prepared.index(i) for i in bank.ids]]
+                same = torch.arange(len(numbers), device=place)[:, None] == of_bank
+                self._banked = same.nonzero()[:, 1].unflatten(0, (len(numbers), -1))
         except torch.OutOfMemoryError:
             size = resident_bytes(prepared, bank, mask)
             raise DataError(
@@ -142,14 +146,14 @@ class ShapeStore:
         if indices.template_rows is not None and indices.template_views is not None:
             chosen = indices.template_rows.to(self.device), indices.template_views.to(self.device)
             templates, drawn = self._drawn(*chosen, template_points)
-            if self.own_templates is not None:  # as many of each category
+            if self._banked is not None:  # as many of each category
                 same = self.categories[rows][:, None] == self.categories[chosen[0]]
                 own = same.nonzero()[:, 1].unflatten(0, (len(rows), -1))
         else:
             numbers = torch.arange(len(template_points), device=rows.device)[:, None]
             matrix = _select(self.matrix, numbers, template_points)
             templates = TemplateSample(matrix, self.control_points, self._bank.degrees)
-            own = None if self.own_templates is None else self.own_templates[rows]
+            own = None if self._banked is None else self._banked[self.categories[rows]]
         return Batch(
             rows=rows,
             images=images[..., :3].permute(0, 3, 1, 2),
@@ -180,22 +184,17 @@ class ShapeStore:
 
     def _gather(self, rows: Tensor, views: Tensor, points: Tensor) -> tuple[Tensor, Tensor]:
         """Return images (q, H, W, channels) and points (q, N, 3) of shapes."""
-        if self.images is None or self.clouds is None:
-            return self._read(rows.numpy(), views.numpy(), points.numpy())
-        images = _select(self.images, rows[:, None], views[:, None])[:, 0]
-        return images, _select(self.clouds, rows[:, None], points)
-
-    def _read(
-        self, rows: NDArray[np.int64], views: NDArray[np.int64], points: NDArray[np.int64]
-    ) -> tuple[Tensor, Tensor]:
-        size = self._prepared.image_shape[1:3]
+        if self.images is not None and self.clouds is not None:
+            seen = _select(self.images, rows[:, None], views[:, None])[:, 0]
+            return seen, _select(self.clouds, rows[:, None], points)
+        size, places = self._prepared.image_shape[1:3], points.numpy()
         images = np.empty((len(rows), *size, self._channels), np.uint8)
         clouds = np.empty((*points.shape, 3), np.int16)
 
         def read(query: int) -> None:
             row, view = int(rows[query]), int(views[query])
             images[query] = self._prepared.image(row, view)[..., : self._channels]
-            clouds[query] = self._prepared.packed_cloud(row)[points[query]]
+            clouds[query] = self._prepared.packed_cloud(row)[places[query]]
 
         _in_threads(read, range(len(rows)))
         return torch.from_numpy(images), torch.from_numpy(clouds)
@@ -221,18 +220,6 @@ def _in_threads(function: Callable[[int], None], numbers: Iterable[int]) -> None
     # Unpacking images frees the interpreter.
     with ThreadPoolExecutor(min(available_cores(), 8)) as pool:
         list(pool.map(function, numbers))
-
-
-def _own_templates(
-    prepared: PreparedSet, bank: TemplateBank, device: torch.device
-) -> Tensor | None:
-    """Return the templates of each shape's category, (n, K); None where there is one category."""
-    if len(prepared.categories) < 2:
-        return None
-    whose = np.array([prepared.category(prepared.index(shape_id)) for shape_id in bank.ids])
-    own = {name: np.flatnonzero(whose == name) for name in prepared.categories}
-    rows = np.stack([own[prepared.category(row)] for row in range(len(prepared))])
-    return torch.from_numpy(rows).to(device)
 
 
 def augmented(
@@ -266,15 +253,6 @@ def resident_bytes(prepared: PreparedSet, bank: TemplateBank, mask: bool = False
     images = len(prepared) * math.prod(prepared.image_shape[:3]) * (4 if mask else 3)
     clouds = len(prepared) * prepared.num_points * 3 * 2
     return images + clouds + bank.deformation_matrix.nbytes
-
-
-def fits(size: int, device: torch.device) -> bool:
-    """Return whether `trainer.residency=auto` keeps so many bytes: half of a GPU's free memory.
-
-    For the CPU the files stay where they are: the system keeps what is read of them in memory,
-    once for all runs of a machine, and unpacking images is little beside a step there.
-    """
-    return device.type == "cuda" and size <= torch.cuda.mem_get_info(device)[0] / 2
 
 
 def _select(table: Tensor, first: Tensor, second: Tensor) -> Tensor:

@@ -25,7 +25,6 @@ from ffd_lightning.data.batches import (
     Residency,
     ShapeStore,
     augmented,
-    fits,
     resident_bytes,
 )
 from ffd_lightning.data.preparation.preparation import Preparation
@@ -446,7 +445,11 @@ class FfdDataModule(LightningDataModule):
             self._stored = None  # what another device held is not needed any more
             mask = self.augmentation is not None
             size = resident_bytes(self.prepared, self.bank, mask)
-            kept = fits(size, device) if self.residency == "auto" else self.residency == "device"
+            kept = self.residency == "device"
+            if self.residency == "auto" and device.type == "cuda":
+                # Not on the CPU: the system keeps what is read of files in memory, once for all
+                # runs of a machine, and unpacking images is little beside a step there.
+                kept = size <= torch.cuda.mem_get_info(device)[0] / 2
             if kept:
                 log.info("reading %.1f GB of images and clouds (%s)", size / 1e9, device)
             boxes = None if self.pool is None else self.pool.boxes

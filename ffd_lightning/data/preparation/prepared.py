@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import os
 import struct
@@ -200,10 +199,8 @@ class PreparedSet:
                     found = dict(arrays)
             except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error):
                 found = measure()
-                content = io.BytesIO()
-                np.savez(content, **found)
                 with suppress(OSError), atomic_file(file) as target:
-                    target.write(content.getvalue())
+                    np.savez(target, **found)
             if len(_measured) >= _HELD:
                 del _measured[next(iter(_measured))]
             _measured[file] = found
