@@ -32,8 +32,8 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.splits import HashSplit, Split, SplitInput, SplitRule, make_split
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.choice import AutoTemplates, TemplateStrategy, choose_templates
+from ffd_lightning.data.templates.distances import outlier_rows
 from ffd_lightning.data.templates.pool import TemplatePool
-from ffd_lightning.data.templates.summary import outlier_rows
 from ffd_lightning.data.twins import twins
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.ffd import Degrees
