@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -13,13 +11,12 @@ from jaxtyping import Float, Int, UInt8
 from torch import Tensor
 
 from ffd_lightning.data.preparation.packing import POINT_STEP
-from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.preparation.prepared import PreparedSet, read_in_threads
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.ffd import Lattice, TemplateSample, deformation_matrix
 from ffd_lightning.imaging.augmentation import Augmentation
 from ffd_lightning.nn.network import DrawnTemplates
-from ffd_lightning.parallel import available_cores
 
 Residency = Literal["auto", "disk", "device"]
 """Where images and clouds are kept while training: in files, or on the device that trains; `auto`
@@ -37,6 +34,9 @@ class BatchIndices(NamedTuple):
         seed: what is random about a training batch's images follows from it; None where nothing is.
         template_rows: row of each template, (T,), where a step draws its own; None for the bank's.
         template_views: which picture of each of these, (T,).
+        cameras: azimuth and elevation of each training image in degrees, (q, 2).
+        own_templates: of a training step the templates of each query's category, (q, K), where
+            there are several categories.
     """
 
     rows: Int[Tensor, " queries"]
@@ -46,6 +46,8 @@ class BatchIndices(NamedTuple):
     seed: int | None = None
     template_rows: Int[Tensor, " templates"] | None = None
     template_views: Int[Tensor, " templates"] | None = None
+    cameras: Float[Tensor, "queries 2"] | None = None
+    own_templates: Int[Tensor, "queries own"] | None = None
 
 
 class Batch(NamedTuple):
@@ -56,12 +58,11 @@ class Batch(NamedTuple):
         images: RGB over white, (q, 3, H, W) uint8.
         target_points: ground truth clouds, (q, N, 3).
         templates: decomposed points of all templates.
-        own_templates: the templates of each query's category, (q, K), where there are several
-            categories.
+        own_templates: see `BatchIndices`.
         mask: of the object in the images, (q, H, W) uint8; None where it is not kept.
         seed: see `BatchIndices`.
         drawn: what conditioned heads are told of the templates that a step draws.
-        cameras: azimuth and elevation of each image in degrees, (q, 2).
+        cameras: see `BatchIndices`.
     """
 
     rows: Int[Tensor, " queries"]
@@ -109,15 +110,6 @@ class ShapeStore:
                 self.images, self.clouds = self._resident(device)
             self.control_points = bank.control_points.to(place)
             self.matrix = bank.deformation_matrix.to(place)
-            numbers = {name: k for k, name in enumerate(prepared.categories)}
-            whose = [numbers[prepared.category(row)] for row in range(len(prepared))]
-            self.categories = torch.tensor(whose, device=place)
-            # Of each category the bank's templates, (categories, K).
-            self._banked: Tensor | None = None
-            if len(numbers) > 1:
-                of_bank = self.categories[[prepared.index(i) for i in bank.ids]]
-                same = torch.arange(len(numbers), device=place)[:, None] == of_bank
-                self._banked = same.nonzero()[:, 1].unflatten(0, (len(numbers), -1))
         except torch.OutOfMemoryError:
             size = resident_bytes(prepared, bank, mask)
             raise DataError(
@@ -136,24 +128,19 @@ class ShapeStore:
 
     def batch(self, indices: BatchIndices) -> Batch:
         """Gather what the indices name, on the device where the data is."""
-        rows, views, points, template_points = (
-            index.to(self.device, non_blocking=True) for index in indices[:4]
+        there: Any = (
+            index.to(self.device, non_blocking=True) if isinstance(index, Tensor) else index
+            for index in indices
         )
+        rows, views, points, template_points, seed, drawn_rows, drawn_views, cameras, own = there
         images, clouds = self._gather(rows, views, points)
-        pairs = zip(indices.rows.tolist(), indices.views.tolist(), strict=True)
-        seen = [self._prepared.camera(row, view) for row, view in pairs]
-        own = drawn = None
-        if indices.template_rows is not None and indices.template_views is not None:
-            chosen = indices.template_rows.to(self.device), indices.template_views.to(self.device)
-            templates, drawn = self._drawn(*chosen, template_points)
-            if self._banked is not None:  # as many of each category
-                same = self.categories[rows][:, None] == self.categories[chosen[0]]
-                own = same.nonzero()[:, 1].unflatten(0, (len(rows), -1))
+        if drawn_rows is not None:
+            templates, drawn = self._drawn(drawn_rows, drawn_views, template_points)
         else:
             numbers = torch.arange(len(template_points), device=rows.device)[:, None]
             matrix = _select(self.matrix, numbers, template_points)
             templates = TemplateSample(matrix, self.control_points, self._bank.degrees)
-            own = None if self._banked is None else self._banked[self.categories[rows]]
+            drawn = None
         return Batch(
             rows=rows,
             images=images[..., :3].permute(0, 3, 1, 2),
@@ -161,9 +148,9 @@ class ShapeStore:
             templates=templates,
             own_templates=own,
             mask=images[..., 3] if self._mask else None,
-            seed=indices.seed,
+            seed=seed,
             drawn=drawn,
-            cameras=torch.tensor([(c.azimuth, c.elevation) for c in seen], device=rows.device),
+            cameras=cameras,
         )
 
     def _drawn(
@@ -196,7 +183,7 @@ class ShapeStore:
             images[query] = self._prepared.image(row, view)[..., : self._channels]
             clouds[query] = self._prepared.packed_cloud(row)[places[query]]
 
-        _in_threads(read, range(len(rows)))
+        read_in_threads(read, range(len(rows)))
         return torch.from_numpy(images), torch.from_numpy(clouds)
 
     def _resident(self, device: torch.device) -> tuple[Tensor, Tensor]:
@@ -212,14 +199,8 @@ class ShapeStore:
                 image = prepared.image(row, view)[..., : self._channels]
                 images[row, view] = torch.from_numpy(image.copy())
 
-        _in_threads(copy, range(count))
+        read_in_threads(copy, range(count))
         return images, clouds
-
-
-def _in_threads(function: Callable[[int], None], numbers: Iterable[int]) -> None:
-    # Unpacking images frees the interpreter.
-    with ThreadPoolExecutor(min(available_cores(), 8)) as pool:
-        list(pool.map(function, numbers))
 
 
 def augmented(
