@@ -100,7 +100,7 @@ class ShapeStore:
         mask: bool = False,
         boxes: Float[Tensor, "shapes 2 3"] | None = None,
     ) -> None:
-        self._prepared, self._bank, self._mask, self._boxes = prepared, bank, mask, boxes
+        self._prepared, self._bank, self._mask = prepared, bank, mask
         self._channels = 4 if mask else 3
         self.images: Tensor | None = None
         self.clouds: Tensor | None = None
@@ -110,6 +110,7 @@ class ShapeStore:
                 self.images, self.clouds = self._resident(device)
             self.control_points = bank.control_points.to(place)
             self.matrix = bank.deformation_matrix.to(place)
+            self._boxes = None if boxes is None else boxes.to(place)
         except torch.OutOfMemoryError:
             size = resident_bytes(prepared, bank, mask)
             raise DataError(
@@ -160,7 +161,7 @@ class ShapeStore:
         assert self._boxes is not None
         images, clouds = self._gather(rows, views, points)
         cloud = clouds.float() * POINT_STEP
-        low, high = self._boxes.to(rows.device)[rows].unbind(1)
+        low, high = self._boxes[rows].unbind(1)
         lattice = Lattice(low, high - low, self._bank.degrees)
         matrix = deformation_matrix(cloud.double(), lattice).float()
         control_points = lattice.control_points().float()
