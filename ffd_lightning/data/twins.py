@@ -64,7 +64,7 @@ def twin_note(found: Mapping[str, str], published: Mapping[str, str]) -> str:
     for shape_id, first in found.items():
         groups.setdefault(first, []).append(shape_id)
     named = "; ".join(" = ".join(ids) for ids in list(groups.values())[:_NAMED])
-    more = f" and {len(groups) - _NAMED} more groups" if len(groups) > _NAMED else ""
+    more = f" and {counted(len(groups) - _NAMED, 'more group')}" if len(groups) > _NAMED else ""
     text = f"{len(found)} shapes are near copies of each other: {named}{more}; "
     if not published:
         return text + "splits by the id's hash keep copies in one subset"
