@@ -29,7 +29,7 @@ from ffd_lightning.app.config import EvaluateConfig, TrainConfig
 from ffd_lightning.app.first_weights import leak_warning
 from ffd_lightning.checkpoint import read_checkpoint
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.templates.summary import outlier_note, outlier_rows, template_rows
+from ffd_lightning.data.templates.distances import outlier_note, outlier_rows, template_rows
 from ffd_lightning.data.twins import twin_warning, twins
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.evaluator import (

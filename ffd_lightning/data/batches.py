@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import torch
 from jaxtyping import Float, Int, UInt8
-from numpy.typing import NDArray
 from torch import Tensor
 
 from ffd_lightning.data.preparation.packing import POINT_STEP
-from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.preparation.prepared import PreparedSet, read_in_threads
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.ffd import Lattice, TemplateSample, deformation_matrix
 from ffd_lightning.imaging.augmentation import Augmentation
 from ffd_lightning.nn.network import DrawnTemplates
-from ffd_lightning.parallel import available_cores
 
 Residency = Literal["auto", "disk", "device"]
 """Where images and clouds are kept while training: in files, or on the device that trains; `auto`
-keeps on a GPU what fits there."""
+keeps on a GPU what half of its free memory holds."""
 
 
 class BatchIndices(NamedTuple):
@@ -38,6 +34,9 @@ class BatchIndices(NamedTuple):
         seed: what is random about a training batch's images follows from it; None where nothing is.
         template_rows: row of each template, (T,), where a step draws its own; None for the bank's.
         template_views: which picture of each of these, (T,).
+        cameras: azimuth and elevation of each training image in degrees, (q, 2).
+        own_templates: of a training step the templates of each query's category, (q, K), where
+            there are several categories.
     """
 
     rows: Int[Tensor, " queries"]
@@ -47,6 +46,8 @@ class BatchIndices(NamedTuple):
     seed: int | None = None
     template_rows: Int[Tensor, " templates"] | None = None
     template_views: Int[Tensor, " templates"] | None = None
+    cameras: Float[Tensor, "queries 2"] | None = None
+    own_templates: Int[Tensor, "queries own"] | None = None
 
 
 class Batch(NamedTuple):
@@ -57,12 +58,11 @@ class Batch(NamedTuple):
         images: RGB over white, (q, 3, H, W) uint8.
         target_points: ground truth clouds, (q, N, 3).
         templates: decomposed points of all templates.
-        own_templates: the templates of each query's category, (q, K), where there are several
-            categories.
+        own_templates: see `BatchIndices`.
         mask: of the object in the images, (q, H, W) uint8; None where it is not kept.
         seed: see `BatchIndices`.
         drawn: what conditioned heads are told of the templates that a step draws.
-        cameras: azimuth and elevation of each image in degrees, (q, 2).
+        cameras: see `BatchIndices`.
     """
 
     rows: Int[Tensor, " queries"]
@@ -100,7 +100,7 @@ class ShapeStore:
         mask: bool = False,
         boxes: Float[Tensor, "shapes 2 3"] | None = None,
     ) -> None:
-        self._prepared, self._bank, self._mask, self._boxes = prepared, bank, mask, boxes
+        self._prepared, self._bank, self._mask = prepared, bank, mask
         self._channels = 4 if mask else 3
         self.images: Tensor | None = None
         self.clouds: Tensor | None = None
@@ -110,10 +110,7 @@ class ShapeStore:
                 self.images, self.clouds = self._resident(device)
             self.control_points = bank.control_points.to(place)
             self.matrix = bank.deformation_matrix.to(place)
-            self.own_templates = _own_templates(prepared, bank, place)
-            numbers = {name: k for k, name in enumerate(prepared.categories)}
-            whose = [numbers[prepared.category(row)] for row in range(len(prepared))]
-            self.categories = torch.tensor(whose, device=place)
+            self._boxes = None if boxes is None else boxes.to(place)
         except torch.OutOfMemoryError:
             size = resident_bytes(prepared, bank, mask)
             raise DataError(
@@ -132,24 +129,19 @@ class ShapeStore:
 
     def batch(self, indices: BatchIndices) -> Batch:
         """Gather what the indices name, on the device where the data is."""
-        rows, views, points, template_points = (
-            index.to(self.device, non_blocking=True) for index in indices[:4]
+        there: Any = (
+            index.to(self.device, non_blocking=True) if isinstance(index, Tensor) else index
+            for index in indices
         )
+        rows, views, points, template_points, seed, drawn_rows, drawn_views, cameras, own = there
         images, clouds = self._gather(rows, views, points)
-        pairs = zip(indices.rows.tolist(), indices.views.tolist(), strict=True)
-        seen = [self._prepared.camera(row, view) for row, view in pairs]
-        own = drawn = None
-        if indices.template_rows is not None and indices.template_views is not None:
-            chosen = indices.template_rows.to(self.device), indices.template_views.to(self.device)
-            templates, drawn = self._drawn(*chosen, template_points)
-            if self.own_templates is not None:  # as many of each category
-                same = self.categories[rows][:, None] == self.categories[chosen[0]]
-                own = same.nonzero()[:, 1].unflatten(0, (len(rows), -1))
+        if drawn_rows is not None:
+            templates, drawn = self._drawn(drawn_rows, drawn_views, template_points)
         else:
             numbers = torch.arange(len(template_points), device=rows.device)[:, None]
             matrix = _select(self.matrix, numbers, template_points)
             templates = TemplateSample(matrix, self.control_points, self._bank.degrees)
-            own = None if self.own_templates is None else self.own_templates[rows]
+            drawn = None
         return Batch(
             rows=rows,
             images=images[..., :3].permute(0, 3, 1, 2),
@@ -157,9 +149,9 @@ class ShapeStore:
             templates=templates,
             own_templates=own,
             mask=images[..., 3] if self._mask else None,
-            seed=indices.seed,
+            seed=seed,
             drawn=drawn,
-            cameras=torch.tensor([(c.azimuth, c.elevation) for c in seen], device=rows.device),
+            cameras=cameras,
         )
 
     def _drawn(
@@ -169,7 +161,7 @@ class ShapeStore:
         assert self._boxes is not None
         images, clouds = self._gather(rows, views, points)
         cloud = clouds.float() * POINT_STEP
-        low, high = self._boxes.to(rows.device)[rows].unbind(1)
+        low, high = self._boxes[rows].unbind(1)
         lattice = Lattice(low, high - low, self._bank.degrees)
         matrix = deformation_matrix(cloud.double(), lattice).float()
         control_points = lattice.control_points().float()
@@ -180,24 +172,19 @@ class ShapeStore:
 
     def _gather(self, rows: Tensor, views: Tensor, points: Tensor) -> tuple[Tensor, Tensor]:
         """Return images (q, H, W, channels) and points (q, N, 3) of shapes."""
-        if self.images is None or self.clouds is None:
-            return self._read(rows.numpy(), views.numpy(), points.numpy())
-        images = _select(self.images, rows[:, None], views[:, None])[:, 0]
-        return images, _select(self.clouds, rows[:, None], points)
-
-    def _read(
-        self, rows: NDArray[np.int64], views: NDArray[np.int64], points: NDArray[np.int64]
-    ) -> tuple[Tensor, Tensor]:
-        size = self._prepared.image_shape[1:3]
+        if self.images is not None and self.clouds is not None:
+            seen = _select(self.images, rows[:, None], views[:, None])[:, 0]
+            return seen, _select(self.clouds, rows[:, None], points)
+        size, places = self._prepared.image_shape[1:3], points.numpy()
         images = np.empty((len(rows), *size, self._channels), np.uint8)
         clouds = np.empty((*points.shape, 3), np.int16)
 
         def read(query: int) -> None:
             row, view = int(rows[query]), int(views[query])
             images[query] = self._prepared.image(row, view)[..., : self._channels]
-            clouds[query] = self._prepared.packed_cloud(row)[points[query]]
+            clouds[query] = self._prepared.packed_cloud(row)[places[query]]
 
-        _in_threads(read, range(len(rows)))
+        read_in_threads(read, range(len(rows)))
         return torch.from_numpy(images), torch.from_numpy(clouds)
 
     def _resident(self, device: torch.device) -> tuple[Tensor, Tensor]:
@@ -213,26 +200,8 @@ class ShapeStore:
                 image = prepared.image(row, view)[..., : self._channels]
                 images[row, view] = torch.from_numpy(image.copy())
 
-        _in_threads(copy, range(count))
+        read_in_threads(copy, range(count))
         return images, clouds
-
-
-def _in_threads(function: Callable[[int], None], numbers: Iterable[int]) -> None:
-    # Unpacking images frees the interpreter.
-    with ThreadPoolExecutor(min(available_cores(), 8)) as pool:
-        list(pool.map(function, numbers))
-
-
-def _own_templates(
-    prepared: PreparedSet, bank: TemplateBank, device: torch.device
-) -> Tensor | None:
-    """Return the templates of each shape's category, (n, K); None where there is one category."""
-    if len(prepared.categories) < 2:
-        return None
-    whose = np.array([prepared.category(prepared.index(shape_id)) for shape_id in bank.ids])
-    own = {name: np.flatnonzero(whose == name) for name in prepared.categories}
-    rows = np.stack([own[prepared.category(row)] for row in range(len(prepared))])
-    return torch.from_numpy(rows).to(device)
 
 
 def augmented(
@@ -266,15 +235,6 @@ def resident_bytes(prepared: PreparedSet, bank: TemplateBank, mask: bool = False
     images = len(prepared) * math.prod(prepared.image_shape[:3]) * (4 if mask else 3)
     clouds = len(prepared) * prepared.num_points * 3 * 2
     return images + clouds + bank.deformation_matrix.nbytes
-
-
-def fits(size: int, device: torch.device) -> bool:
-    """Return whether `trainer.residency=auto` keeps so many bytes: half of a GPU's free memory.
-
-    For the CPU the files stay where they are: the system keeps what is read of them in memory,
-    once for all runs of a machine, and unpacking images is little beside a step there.
-    """
-    return device.type == "cuda" and size <= torch.cuda.mem_get_info(device)[0] / 2
 
 
 def _select(table: Tensor, first: Tensor, second: Tensor) -> Tensor:

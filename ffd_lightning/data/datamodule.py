@@ -25,7 +25,6 @@ from ffd_lightning.data.batches import (
     Residency,
     ShapeStore,
     augmented,
-    fits,
     resident_bytes,
 )
 from ffd_lightning.data.preparation.preparation import Preparation
@@ -33,8 +32,8 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.splits import HashSplit, Split, SplitInput, SplitRule, make_split
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.choice import AutoTemplates, TemplateStrategy, choose_templates
+from ffd_lightning.data.templates.distances import outlier_rows
 from ffd_lightning.data.templates.pool import TemplatePool
-from ffd_lightning.data.templates.summary import outlier_rows
 from ffd_lightning.data.twins import twins
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.ffd import Degrees
@@ -53,25 +52,25 @@ _MEASURED = 1024  # images, to tell how large objects are in them
 class _Indices(Dataset[BatchIndices]):
     """What batches are drawn from: rows of a prepared set, and `num_points` of each cloud.
 
-    A batch has `batch_size` queries over all devices; `seed` decides what is random.
+    The bank's `templates` are rows, too. A batch has `batch_size` queries over all devices; `seed`
+    decides what is random.
     """
 
     def __init__(
         self,
         rows: NDArray[np.int64],
         prepared: PreparedSet,
-        num_templates: int,
+        templates: NDArray[np.int64],
         batch_size: int,
         num_points: int,
         seed: int = 0,
     ) -> None:
-        self.rows, self.num_templates = rows, num_templates
-        self.views, self.cloud_points = prepared.image_shape[0], prepared.num_points
+        self.rows, self.prepared, self.templates = rows, prepared, templates
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
 
     def _points(self, clouds: int, rng: np.random.Generator) -> NDArray[np.int64]:
         """Draw points of each of some clouds without replacement, (clouds, num_points)."""
-        size = self.cloud_points, self.num_points
+        size = self.prepared.num_points, self.num_points
         return np.stack([rng.choice(*size, replace=False, shuffle=False) for _ in range(clouds)])
 
 
@@ -100,27 +99,40 @@ class TrainingIndices(_Indices):
     ) -> None:
         super().__init__(*args)
         self.pool = pool
+        whose = [self.prepared.category(row) for row in range(len(self.prepared))]
+        self._categories = np.unique(whose, return_inverse=True)[1]
         check_split(self.batch_size, world_size)
         self.rank, self.world_size = rank, world_size
 
     def __getitem__(self, step: int) -> BatchIndices:
         rng = np.random.default_rng([self.seed, 2, step])
-        views = rng.integers(self.views, size=self.batch_size)
+        pictures = self.prepared.image_shape[0]
+        views = rng.integers(pictures, size=self.batch_size)
         # Points are drawn for all queries, so that a share of a batch is the same wherever it is.
         points = self._points(self.batch_size, rng)
-        template_points = self._points(self.num_templates, rng)
-        own = np.random.SeedSequence([self.seed, 5, step, 0]).generate_state(1)
-        drawn: dict[str, Any] = {}
+        more: dict[str, Any] = {}
         if self.pool is None:
-            rows = self._in_passes(step)
+            templates, rows = self.templates, self._in_passes(step)
         else:
-            rng = np.random.default_rng([self.seed, 6, step])
-            templates, rows = self.pool.draw(self.batch_size, rng)
-            pictures = rng.integers(self.views, size=len(templates))
-            drawn = {"template_rows": _tensor(templates), "template_views": _tensor(pictures)}
+            of_pool = np.random.default_rng([self.seed, 6, step])
+            templates, rows = self.pool.draw(self.batch_size, of_pool)
+            drawn = of_pool.integers(pictures, size=len(templates))
+            more = {"template_rows": _tensor(templates), "template_views": _tensor(drawn)}
+        template_points = self._points(len(templates), rng)
         mine = slice(self.rank, None, self.world_size)
-        of_queries = _tensor(rows[mine]), _tensor(views[mine]), _tensor(points[mine])
-        return BatchIndices(*of_queries, _tensor(template_points), int(own[0]), **drawn)
+        rows, views = rows[mine], views[mine]
+        if len(self.prepared.categories) > 1:  # which give equally many
+            same = self._categories[rows][:, None] == self._categories[templates]
+            more["own_templates"] = _tensor(same.nonzero()[1].reshape(len(rows), -1))
+        pairs = zip(rows.tolist(), views.tolist(), strict=True)
+        seen = [self.prepared.camera(row, view) for row, view in pairs]
+        own = np.random.SeedSequence([self.seed, 5, step, 0]).generate_state(1)
+        return BatchIndices(
+            *(_tensor(rows), _tensor(views), _tensor(points[mine]), _tensor(template_points)),
+            seed=int(own[0]),
+            cameras=torch.tensor([(camera.azimuth, camera.elevation) for camera in seen]),
+            **more,
+        )
 
     def _in_passes(self, step: int) -> NDArray[np.int64]:
         places, count = step * self.batch_size + np.arange(self.batch_size), len(self.rows)
@@ -143,11 +155,8 @@ class EvaluationIndices(_Indices):
         rows = self.rows[chunk * self.batch_size : (chunk + 1) * self.batch_size]
         points = [self._points(1, np.random.default_rng([self.seed, 3, k]))[0] for k in rows]
         of_queries = _tensor(rows), _tensor(np.zeros(len(rows))), _tensor(points)
-        return BatchIndices(*of_queries, _tensor(self._template_points))
-
-    @cached_property
-    def _template_points(self) -> NDArray[np.int64]:
-        return self._points(self.num_templates, np.random.default_rng([self.seed, 4, 0]))
+        drawn = self._points(len(self.templates), np.random.default_rng([self.seed, 4, 0]))
+        return BatchIndices(*of_queries, _tensor(drawn))
 
 
 def _tensor(values: Any) -> torch.Tensor:
@@ -360,8 +369,7 @@ class FfdDataModule(LightningDataModule):
         prepared, category = preparation.run(), preparation.category
         shapes, origins = prepared.originals, prepared.origins
         shares = len(self.preparations)
-        count = self.num_templates // shares
-        most = max(count, (self.hold_out or 0) // shares)
+        most = (self.hold_out or self.num_templates) // shares
         published = preparation.source.split(category)
         rejected = tuple(i for i in prepared.rejected if i not in origins)
         alike = twins(shapes)
@@ -376,7 +384,7 @@ class FfdDataModule(LightningDataModule):
         split = split.without(templates)
         known = {alike.get(i) for i in (*split.train, *templates)}
         seen = [i for i in (*split.val, *split.test) if i in alike and alike[i] in known]
-        return prepared, templates[:count], split, variants, seen
+        return prepared, templates[: self.num_templates // shares], split, variants, seen
 
     def _ids(self, ids: Sequence[Sequence[str]]) -> tuple[str, ...]:
         """Return ids of each category as the joined set names them."""
@@ -446,7 +454,11 @@ class FfdDataModule(LightningDataModule):
             self._stored = None  # what another device held is not needed any more
             mask = self.augmentation is not None
             size = resident_bytes(self.prepared, self.bank, mask)
-            kept = fits(size, device) if self.residency == "auto" else self.residency == "device"
+            kept = self.residency == "device"
+            if self.residency == "auto" and device.type == "cuda":
+                # Not on the CPU: the system keeps what is read of files in memory, once for all
+                # runs of a machine, and unpacking images is little beside a step there.
+                kept = size <= torch.cuda.mem_get_info(device)[0] / 2
             if kept:
                 log.info("reading %.1f GB of images and clouds (%s)", size / 1e9, device)
             boxes = None if self.pool is None else self.pool.boxes
@@ -457,8 +469,8 @@ class FfdDataModule(LightningDataModule):
     def train_dataloader(self) -> Batches:
         """Batches of training shapes and variants, from the trainer's current one on."""
         rank, world_size = self._share
-        templates = len(self.bank) if self.pool is None else self.pool.count
-        given = (self.prepared, templates, self.batch_size, self.num_points, self.seed)
+        own = self.rows(self.bank.ids)
+        given = (self.prepared, own, self.batch_size, self.num_points, self.seed)
         rows = self.rows(self.trained_on)
         indices = TrainingIndices(rows, *given, rank=rank, world_size=world_size, pool=self.pool)
         trainer, length = self.trainer, -(-len(rows) // self.batch_size)
@@ -491,7 +503,7 @@ class FfdDataModule(LightningDataModule):
     def _scored(self, ids: Sequence[str]) -> Batches:
         """Return this device's share of some shapes, in chunks."""
         rank, world_size = self._share
-        given = (self.prepared, len(self.bank), self.batch_size, self.num_points)
+        given = (self.prepared, self.rows(self.bank.ids), self.batch_size, self.num_points)
         return self._loader(EvaluationIndices(self.rows(ids)[rank::world_size], *given))
 
     def _loader(self, indices: _Indices, sampler: Sampler[int] | None = None) -> Batches:

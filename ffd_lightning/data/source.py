@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +62,7 @@ class Source:
         own_images: whether its shapes come with images, so that none are rendered.
     """
 
-    own_images: ClassVar[bool] = False
+    own_images: bool = False
 
     @abstractmethod
     def categories(self) -> list[str]:

@@ -35,6 +35,8 @@ _AT_ONCE = 4096  # pairs
 _HELD = 256  # shapes in memory
 _NAMED = 3  # groups
 
+_Halves = tuple[cKDTree, NDArray[np.float32]]  # two samplings of one shape
+
 _DIRECTIONS = np.array([v for v in product((-1, 0, 1), repeat=3) if v > (0, 0, 0)], np.float32)
 _DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
 
@@ -62,7 +64,7 @@ def twin_note(found: Mapping[str, str], published: Mapping[str, str]) -> str:
     for shape_id, first in found.items():
         groups.setdefault(first, []).append(shape_id)
     named = "; ".join(" = ".join(ids) for ids in list(groups.values())[:_NAMED])
-    more = f" and {len(groups) - _NAMED} more groups" if len(groups) > _NAMED else ""
+    more = f" and {counted(len(groups) - _NAMED, 'more group')}" if len(groups) > _NAMED else ""
     text = f"{len(found)} shapes are near copies of each other: {named}{more}; "
     if not published:
         return text + "splits by the id's hash keep copies in one subset"
@@ -85,7 +87,11 @@ def _groups(prepared: PreparedSet) -> dict[str, str]:
     count, half = len(prepared), min(prepared.num_points // 2, _HALF)
     if half < _FEWEST or count < 2:
         return {}
-    halves = lru_cache(_HELD)(lambda row: _Halves(prepared.cloud(row, 2 * half)))
+
+    @lru_cache(_HELD)
+    def halves(row: int) -> _Halves:
+        first, second = np.split(prepared.cloud(row, 2 * half), 2)
+        return cKDTree(first), second
 
     def near(i: int, j: int) -> bool:
         looks = *_FIRST_LOOKS, (half, MARGIN)
@@ -129,24 +135,16 @@ def _described(points: NDArray[np.float32]) -> NDArray[np.float32]:
     return along[: len(along) // _BINS * _BINS].reshape(_BINS, -1, len(_DIRECTIONS)).mean(1).ravel()
 
 
-class _Halves:
-    """Two samplings of one shape: others are measured against the first."""
-
-    def __init__(self, cloud: NDArray[np.float32]) -> None:
-        self.points = np.split(cloud, 2)
-        self._tree = cKDTree(self.points[0])
-
-    def distance(self, points: NDArray[np.float32]) -> float:
-        """Return the mean squared distance of points to the first sampling."""
-        return float(np.square(self._tree.query(points)[0]).mean())
-
-
 def _times_farther(first: _Halves, second: _Halves, count: int) -> float:
     """Return how much farther samplings of two shapes are apart than two of one of them.
 
     So many points of each sampling are looked at.
     """
+
+    def apart(tree: cKDTree, points: NDArray[np.floating]) -> float:
+        return float(np.square(tree.query(points[:count])[0]).mean())
+
     pairs = (first, second), (second, first)
-    across = [to.distance(points[:count]) for to, of in pairs for points in of.points]
-    own = [shape.distance(shape.points[1][:count]) for shape in (first, second)]
+    across = [apart(tree, points) for (tree, _), of in pairs for points in (of[0].data, of[1])]
+    own = [apart(*shape) for shape in (first, second)]
     return float(np.mean(across) / np.mean(own))

@@ -27,8 +27,7 @@ from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.data.reading.mesh_file import EXTENSIONS, FOREIGN, mesh_of, unread
 from ffd_lightning.data.reading.orientation import Up, check_orientation, orient
 from ffd_lightning.data.source import Source
-from ffd_lightning.data.sources.folder import FolderSource
-from ffd_lightning.data.sources.mesh_files import MeshFiles, name_files
+from ffd_lightning.data.sources.folder import FolderSource, MeshFiles, name_files
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError, RejectedShapeError
 from ffd_lightning.evaluation.evaluator import bank_digest, weights_digest

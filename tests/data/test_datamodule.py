@@ -7,7 +7,7 @@ from unittest.mock import NonCallableMock
 import numpy as np
 import pytest
 import torch
-from box_source import BoxSource, box_module, boxes_of
+from box_source import RENDER, BoxSource, box_module, boxes_of
 from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import LambdaCallback, ModelCheckpoint
 from torch.optim.lr_scheduler import CosineAnnealingLR
@@ -69,7 +69,8 @@ def boxes(make_boxes):
 
 def drawn_from(kind, module, ids, batch_size=BATCH, seed=0):
     rows = module.rows(ids)
-    return kind(rows, module.prepared, len(module.bank), batch_size, POINTS, seed)
+    templates = module.rows(module.bank.ids)
+    return kind(rows, module.prepared, templates, batch_size, POINTS, seed)
 
 
 class Steps:
@@ -84,7 +85,8 @@ class Steps:
 
 
 def tensors(batch):
-    return {
+    cameras = {} if batch.cameras is None else {"cameras": batch.cameras}
+    return cameras | {
         "rows": batch.rows,
         "images": batch.images,
         "target_points": batch.target_points,
@@ -137,6 +139,8 @@ def test_a_step_holds_what_the_prepared_set_holds_from_views_that_vary(boxes):
             drawn = {tuple(p) for p in points.tolist()}
             assert len(drawn) == POINTS, "without replacement"
             assert drawn <= {tuple(p) for p in boxes.prepared.cloud(row).tolist()}
+        sides = [(azimuth, 30) for azimuth in (RENDER.azimuths[view] for view in drawn_views)]
+        assert list(map(tuple, batch.cameras.tolist())) == sides
     assert views == set(itertools.product(boxes.rows(boxes.split.train).tolist(), (0, 1)))
 
 

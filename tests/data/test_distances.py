@@ -10,12 +10,18 @@ from ffd_lightning import shapes
 from ffd_lightning.data.preparation.packing import pack_points
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates import distances
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.choice import (
     MedoidTemplates,
     RandomTemplates,
     choose_templates,
 )
-from ffd_lightning.data.templates.distances import POINTS, greedy_medoids, shape_distances
+from ffd_lightning.data.templates.distances import (
+    POINTS,
+    greedy_medoids,
+    shape_distances,
+    template_rows,
+)
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.mesh import normalize
 from ffd_lightning.geometry.sampling import sample_surface
@@ -122,3 +128,25 @@ def test_what_is_tested_on_changes_nothing(planes, odd, mixed, monkeypatch, stra
     alone = strategy(set_of(rest.values(), rest), 12)
     assert choose_templates(strategy, mixed, 12, tested) == alone
     assert choose_templates(strategy, mixed, 5, tested) == alone[:5]
+
+
+def test_rows_say_what_each_template_covers(prepared):
+    ids = [prepared.ids[k] for k in (7, 3, 11)]
+    rows, coverage = template_rows(prepared, TemplateBank.of(prepared, ids))
+    table = shape_distances(prepared).table[[7, 3, 11]]
+    others = [k for k in range(len(prepared)) if k not in (7, 3, 11)]
+    assert [(row["order"], row["id"]) for row in rows] == list(enumerate(ids, 1))
+    assert [row["family"] for row in rows] == [prepared.families[k] for k in (7, 3, 11)]
+    nearest = table.argmin(0)
+    assert [row["share"] for row in rows] == pytest.approx(np.bincount(nearest, minlength=3) / 24)
+    for t, row in enumerate(rows):
+        own = [table[t, k] for k in others if nearest[k] == t]
+        assert row["chamfer"] == pytest.approx(np.mean(own), rel=1e-5)
+    assert coverage == pytest.approx(table[:, others].min(0).mean(), rel=1e-5)
+
+
+def test_templates_of_a_large_set_count_whether_they_were_looked_at_or_not(prepared, monkeypatch):
+    assert len(prepared) < distances.CANDIDATES
+    monkeypatch.setattr(distances, "CANDIDATES", 4)
+    rows, _ = template_rows(prepared, TemplateBank.of(prepared, [prepared.ids[1]]))
+    assert rows[0]["share"] == 1

@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
-import torch
 
-from ffd_lightning.data.batches import BatchIndices, ShapeStore
-from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.batches import ShapeStore
+from ffd_lightning.data.datamodule import FfdDataModule, TrainingIndices
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.procedural import ProceduralSource
@@ -94,14 +93,13 @@ def test_templates_that_cannot_be_shared_out(data_root, settings, words):
         module(data_root, **settings)
 
 
-def test_each_shape_knows_the_templates_of_its_category(joined, members):
+def test_each_query_knows_the_templates_of_its_category(joined, members):
     tables, _ = members
-    ids = [joined.ids[len(tables)], joined.ids[0], joined.ids[1], joined.ids[len(tables) + 1]]
-    rows = torch.tensor([len(tables) + 2, 2, 3])
-    points = torch.zeros(3, 5, dtype=torch.long), torch.zeros(4, 5, dtype=torch.long)
-    indices = BatchIndices(rows, torch.zeros_like(rows), *points)
-    for device in (None, torch.device("cpu")):
-        batch = ShapeStore(joined, TemplateBank.of(joined, ids), device).batch(indices)
-        assert batch.own_templates.tolist() == [[0, 3], [1, 2], [1, 2]]
-        alone = ShapeStore(tables, TemplateBank.of(tables, tables.ids[:4]), device)
-        assert alone.batch(indices._replace(rows=rows % len(tables))).own_templates is None
+    templates = np.array([len(tables), 0, 1, len(tables) + 1])
+    rows = np.array([len(tables) + 2, 2, 3])
+    indices = TrainingIndices(rows, joined, templates, 3, 5)[0]
+    own = dict(zip(indices.rows.tolist(), indices.own_templates.tolist(), strict=True))
+    assert own == {len(tables) + 2: [0, 3], 2: [1, 2], 3: [1, 2]}
+    bank = TemplateBank.of(joined, [joined.ids[row] for row in templates])
+    assert ShapeStore(joined, bank).batch(indices).own_templates.tolist() == [*own.values()]
+    assert TrainingIndices(rows % len(tables), tables, np.arange(4), 3, 5)[0].own_templates is None

@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
 import torch
+from lightning.fabric.utilities import move_data_to_device
 
 from ffd_lightning.app.build import build_data
+from ffd_lightning.data.batches import ShapeStore
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.pool import TemplatePool
 from ffd_lightning.errors import ConfigError
@@ -74,6 +76,11 @@ def test_drawn_templates_of_several_categories_are_told_apart(tiny_config):
     of_template = np.array([data.prepared.category(k) for k in indices.template_rows.tolist()])
     for name, own in zip(of_query, batch.own_templates.tolist(), strict=True):
         assert own == np.flatnonzero(of_template == name).tolist()
+    # Tensors without content stand in for a GPU's, of which a step reads nothing back.
+    gpu = torch.device("meta")
+    store = ShapeStore(data.prepared, data.bank, gpu, boxes=data.pool.boxes)
+    found = store.batch(move_data_to_device(indices, gpu))
+    assert found.drawn.points.shape == batch.drawn.points.shape
 
 
 def test_drawn_templates_are_decomposed_as_those_of_a_bank(tiny_config):

@@ -10,7 +10,7 @@ from ffd_lightning.data.preparation.prepared import MANIFEST
 from ffd_lightning.data.preparation.variants import deformed, vary
 from ffd_lightning.data.source import PartCloud, SourceShape
 from ffd_lightning.data.splits import HashSplit
-from ffd_lightning.data.templates.summary import template_rows
+from ffd_lightning.data.templates.distances import template_rows
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.ffd import Lattice, deform, deformation_matrix
 

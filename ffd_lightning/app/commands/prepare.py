@@ -29,7 +29,7 @@ def prepare(cfg: PrepareCommandConfig) -> None:
     """Prepare a category, or several; with `cfg.trial`, print what is to be known before."""
     from ffd_lightning.app.build import build_preparations
     from ffd_lightning.app.checks import validate
-    from ffd_lightning.data.templates.summary import outlier_note, outlier_rows
+    from ffd_lightning.data.templates.distances import outlier_note, outlier_rows
     from ffd_lightning.data.twins import twin_note, twins
 
     validate(cfg)

@@ -88,7 +88,7 @@ def count_warnings(prepared: PreparedSet) -> str:
         counts.update(dict.fromkeys(line.partition(": ")[0] for line in lines).keys())
     shapes = len(prepared.originals)
     parts = [f"{kind} ({count} of {shapes})" for kind, count in counts.most_common(_KINDS)]
-    more = [f"{len(counts) - _KINDS} more kinds"] if len(counts) > _KINDS else []
+    more = [counted(len(counts) - _KINDS, "more kind")] if len(counts) > _KINDS else []
     return "; ".join(parts + more)
 
 

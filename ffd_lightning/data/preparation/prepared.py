@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import os
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -31,6 +31,7 @@ from ffd_lightning.errors import DataError, is_of_machine
 from ffd_lightning.files import atomic_file
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, renumber_parts
 from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.parallel import available_cores
 
 MANIFEST = "manifest.json"
 FORMAT_VERSION = 4
@@ -200,10 +201,8 @@ class PreparedSet:
                     found = dict(arrays)
             except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error):
                 found = measure()
-                content = io.BytesIO()
-                np.savez(content, **found)
                 with suppress(OSError), atomic_file(file) as target:
-                    target.write(content.getvalue())
+                    np.savez(target, **found)
             if len(_measured) >= _HELD:
                 del _measured[next(iter(_measured))]
             _measured[file] = found
@@ -326,6 +325,12 @@ def _place(file: IO[bytes], name: str) -> _Place:
 def spread_rows(count: int, size: int) -> NDArray[np.int64]:
     """Return `size` rows, evenly spread over `count`; all where there are no more."""
     return np.linspace(0, count - 1, min(count, size)).astype(np.int64)
+
+
+def read_in_threads(read: Callable[[int], None], numbers: Iterable[int]) -> None:
+    """Read of many shapes at once: unpacking them frees the interpreter."""
+    with ThreadPoolExecutor(min(available_cores(), 8)) as pool:
+        list(pool.map(read, numbers))
 
 
 def damaged(file: Path, why: Exception | str, category: str = "NAME") -> DataError:

@@ -26,13 +26,9 @@ _OPAQUE = np.full(4, 255, np.uint8)
 Color = NDArray[np.uint8]
 
 
-def _absent() -> bytes:
-    data = io.BytesIO()
-    Image.new("RGB", (1, 1)).save(data, "gif", comment=b"absent")
-    return data.getvalue()
-
-
-ABSENT = _absent()
+_absent = io.BytesIO()
+Image.new("RGB", (1, 1)).save(_absent, "gif", comment=b"absent")
+ABSENT = _absent.getvalue()
 """The picture that stands for a texture that cannot be had, for `face_colors` to know."""
 
 

@@ -1,9 +1,10 @@
-"""Real shapes in a folder tree: one folder per category, one folder or file per shape."""
+"""Meshes on disk: in a tree of a folder per category, or single files wherever they are."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -29,7 +30,7 @@ _Files = dict[str, tuple[Path, list[Path]]]
 """By id: a shape's mesh file, and all files that may be read for it."""
 
 
-class Category(NamedTuple):
+class _Category(NamedTuple):
     """What a category's folder holds; orientations are of the shapes in the table alone."""
 
     files: _Files
@@ -57,7 +58,7 @@ class FolderSource(Source):
     def __init__(self, root: Path, up: Up = "y", yaw: float = 0.0) -> None:
         check_orientation(up, yaw)
         self.root, self.usual = Path(root), Orientation(up, yaw)
-        self._shapes: dict[str, Category] = {}
+        self._shapes: dict[str, _Category] = {}
 
     def categories(self) -> list[str]:
         """Return the categories that have a folder, sorted: synsets by the project's names."""
@@ -115,7 +116,7 @@ class FolderSource(Source):
         found = {i: unread(m) for i, m in meshes.items() if m.suffix.lower() in FOREIGN}
         return found | {i: f"{m.name} is empty" for i, m in meshes.items() if not m.stat().st_size}
 
-    def _of(self, category: str) -> Category:
+    def _of(self, category: str) -> _Category:
         """Return a category's shapes, looked for once."""
         if category not in self._shapes:
             folder = self._folder(category)
@@ -126,7 +127,7 @@ class FolderSource(Source):
                     f"the extension is one of {', '.join(e.lstrip('.') for e in EXTENSIONS)}"
                 )
             own = read_orientations(folder / ORIENTATIONS, files, self.usual)
-            self._shapes[category] = Category(files, own)
+            self._shapes[category] = _Category(files, own)
         return self._shapes[category]
 
     def _folders(self) -> list[str]:
@@ -154,6 +155,57 @@ class FolderSource(Source):
         )
         wanted = " or ".join(repr(name) for name in names)
         raise DataError(f"{self.root} has no folder {wanted}; it has: {known or 'nothing'}")
+
+
+class MeshFiles(FolderSource):
+    """Mesh files by their ids, see `name_files`, of one category, whatever it is called.
+
+    Materials and textures are looked for beside a file and in the folders there.
+
+    Args:
+        files: by id.
+        up: the axis of the meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until they face -z.
+    """
+
+    def __init__(self, files: Mapping[str, Path], up: Up = "y", yaw: float = 0.0) -> None:
+        super().__init__(Path(), up, yaw)
+        beside = {folder: _beside(folder) for folder in {f.parent for f in files.values()}}
+        self._found = _Category({i: (f, beside[f.parent]) for i, f in files.items()}, {})
+
+    def categories(self) -> list[str]:
+        """Return none: any name will do."""
+        return []
+
+    def fingerprint(self, category: str) -> dict[str, object]:
+        """Return how shapes are turned, and a hash over what is known of files that matter."""
+        found = self._found.files
+        known = {(i, file) for i, (file, _) in found.items()}
+        known |= {(str(f), f) for _, files in found.values() for f in files if matters(f)}
+        facts = [
+            (name, f"{(stat := file.stat()).st_size}\0{stat.st_mtime_ns}")
+            for name, file in sorted(known)
+        ]
+        turned = self.usual._asdict()
+        return {"source": "mesh_files", "loader": 5, "sha256": digest_of_files(facts), **turned}
+
+    def _of(self, category: str) -> _Category:
+        return self._found
+
+
+def name_files(files: Iterable[Path]) -> dict[str, Path]:
+    """Name files by their stems; namesakes by their paths below the folder that has all of them.
+
+    >>> list(name_files([Path("/a/b/x.obj"), Path("/a/c/x.obj"), Path("/a/c/y.ply")]))
+    ['b/x.obj', 'c/x.obj', 'y']
+    """
+    paths = [Path(os.path.abspath(file)) for file in dict.fromkeys(files)]
+    stems = Counter(path.stem for path in paths)
+    top = os.path.commonpath([path.parent for path in paths]) if paths else ""
+    return {
+        path.stem if stems[path.stem] == 1 else path.relative_to(top).as_posix(): path
+        for path in paths
+    }
 
 
 def _entries(folder: Path) -> Iterator[tuple[Path, dict[Path, os.stat_result]]]:
@@ -192,3 +244,15 @@ def _preferred(meshes: list[Path], shape_id: str) -> Path:
         return kind in FOREIGN, stem, formats.index(kind), str(file)
 
     return min(meshes, key=rank)
+
+
+def _beside(folder: Path) -> list[Path]:
+    """Return the files in a folder, and in those in it, that are no meshes themselves."""
+    found = (path for pattern in ("*", "*/*") for path in folder.glob(pattern))
+    return [
+        path
+        for path in sorted(found)
+        if path.suffix.lower() not in EXTENSIONS
+        and not any(map(is_hidden, path.relative_to(folder).parts))
+        and path.is_file()
+    ]

@@ -71,7 +71,7 @@ class ShapeNetSource(Source):
         self.images = R2n2Images(Path(images_root or root)) if images == "r2n2" else None
         self.mix_versions = mix_versions
         self.parts = None if parts_root is None else PartAnnotations(Path(parts_root))
-        self.own_images = self.images is not None  # type: ignore[misc]
+        self.own_images = self.images is not None
         self._categories: dict[str, _Category] = {}
 
     def categories(self) -> list[str]:

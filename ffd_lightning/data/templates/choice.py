@@ -131,22 +131,17 @@ class ListedTemplates:
     def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
         """See `TemplateStrategy`."""
         file = Path(str(self.file).replace("{category}", prepared.category(0))).expanduser()
-        ids = tuple(dict.fromkeys(_listed(file)))[:count]
+        try:  # -sig: some editors put a byte order mark first
+            lines = file.read_text(encoding="utf-8-sig").splitlines()
+        except (OSError, UnicodeDecodeError) as error:
+            raise ConfigError(f"template_strategy.file={file} cannot be read: {error}") from None
+        if lines and "id" in lines[0].split(","):  # None in a short row
+            listed = [(row["id"] or "").strip() for row in csv.DictReader(lines)]
+        else:
+            listed = [line.split("#")[0].strip() for line in lines]
+        ids = tuple(dict.fromkeys(filter(None, listed)))[:count]
         if len(ids) < count:
             raise ConfigError(
                 f"template_strategy.file={file} lists {counted(len(ids), 'id')}, {count} are needed"
             )
         return ids
-
-
-def _listed(file: Path) -> list[str]:
-    """Return the ids that a file lists, in its order."""
-    try:  # -sig: some editors put a byte order mark first
-        lines = file.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"template_strategy.file={file} cannot be read: {error}") from None
-    if lines and "id" in lines[0].split(","):
-        found = [(row["id"] or "").strip() for row in csv.DictReader(lines)]  # None in a short row
-    else:
-        found = [line.split("#")[0].strip() for line in lines]
-    return [shape_id for shape_id in found if shape_id]

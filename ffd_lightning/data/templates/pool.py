@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 
 import numpy as np
@@ -12,9 +11,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.preparation.prepared import PreparedSet, read_in_threads
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.parallel import available_cores
 
 _EACH = 8  # templates of a category, where there are several
 
@@ -85,6 +83,5 @@ class TemplatePool:
             vertices = torch.from_numpy(self._prepared.mesh(row).used_vertices())
             boxes[row] = torch.stack([vertices.amin(0), vertices.amax(0)])
 
-        with ThreadPoolExecutor(min(available_cores(), 8)) as pool:
-            list(pool.map(measure, self.rows.tolist()))
+        read_in_threads(measure, self.rows.tolist())
         return boxes
