@@ -170,9 +170,9 @@ def decomposition(results: Results, by: Sequence[str] = GROUP) -> Table | None:
     except DataError:  # there are none, or more is better
         return None
     # The floor tells nothing of a network.
-    columns = [Column(s.name, s.name, better=0 if s is SHARES[0] else -1) for s in SHARES]
+    columns = [Column(name, name, better=0 if name == "floor" else -1) for name in SHARES]
     columns += [Column("total", "total"), Column("regret", "regret\n%", 100.0, -1)]
-    note = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
+    note = "; ".join(f"{name}: {meaning}" for name, meaning in SHARES.items())
     note += "; regret: the selection's share of the total."
     title = f"Error budget, {results.protocol.main_metric.scaled_title}"
     runs = results.scored[["run", *GROUP, "seed"]].join(parts, on="run", how="inner")
