@@ -223,10 +223,9 @@ def part_legend(examples: Sequence[Example]) -> dict[str, Color]:
     """Return the colours of the parts that the examples' categories have, by name."""
     prepared = examples[0].run.data.prepared
     names = {name for e in examples for name in prepared.part_names_of(e.sample.row)}
-    parts = [k for k, name in enumerate(prepared.part_names) if name in names]
-    colors = part_colors(np.array(parts, np.uint8))[:, :3].tolist()
-    named = zip(parts, colors, strict=True)
-    return {prepared.part_names[k]: (red, green, blue) for k, (red, green, blue) in named}
+    colors = part_colors(np.arange(len(prepared.part_names), dtype=np.uint8))[:, :3].tolist()
+    named = zip(prepared.part_names, colors, strict=True)
+    return {name: (red, green, blue) for name, (red, green, blue) in named if name in names}
 
 
 def _parts(mesh: Mesh) -> NDArray[np.uint8]:
