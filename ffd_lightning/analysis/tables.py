@@ -23,9 +23,7 @@ from ffd_lightning.palette import REGIME_COLORS, regime_title
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.terminal import counted
 
-NOTHING = "-"
-"""What is in a table where there is no value."""
-
+_NOTHING = "-"  # where there is no value
 _MOST = 12  # settings that are compared: of more, the best
 
 
@@ -41,7 +39,7 @@ class Column(NamedTuple):
     def show(self, value: float) -> str:
         """Return a value for people."""
         if pd.isna(value):
-            return NOTHING
+            return _NOTHING
         value *= self.factor
         return format(value, self.places) if self.places else number(value)
 
@@ -304,7 +302,7 @@ def references(results: Results) -> Table | None:
         cells = []
         for name, metric in zip(values, metrics, strict=True):
             both = dict.fromkeys(number(x) for x in metric.factor * ends[name])
-            cells.append("\u2013".join(both) if values[name].notna().any() else NOTHING)
+            cells.append("\u2013".join(both) if values[name].notna().any() else _NOTHING)
         rows.append([meaning, *cells])
     head = ["", *(_of_metric(m, m.name).heading for m in metrics)]
     return Table("References: what scores may be held against", head, rows) if rows else None
