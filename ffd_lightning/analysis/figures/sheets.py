@@ -296,7 +296,7 @@ def _of_run(name: str, examples: Sequence[Example], size: int, templates: int) -
         pictures.append(seen[0])
         pictures += [next(drawn) if isinstance(c.content, Mesh) else c.content for c in cells]
         labels += [example.name, *(cell.label for cell in cells)]
-    headings = ["input", *(cell.heading for cell in cells if cell.heading)]
+    headings = ["input", *(cell.heading for cell in cells)]
     font_size = max(10, round(size / 17))
     sheet = grid(pictures, len(headings), labels, headings, font_size)
     if name not in LEGENDS:
