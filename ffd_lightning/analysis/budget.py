@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import pandas as pd
 
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
 
-
-class Share(NamedTuple):
-    """One part of the error; the column of prefix `upto` is the sum of the parts up to it."""
-
-    name: str
-    meaning: str
-    upto: str
-
-
-SHARES = (
-    Share("floor", "the truth sampled again", "floor"),
-    Share("capacity", "the best template, its offsets fitted to the truth", "fitted"),
-    Share("deformation", "the best template as the network deforms it", "best_deformed"),
-    Share("selection", "the selected template", ""),
-)
+SHARES = {
+    "floor": "the truth sampled again",
+    "capacity": "the best template, its offsets fitted to the truth",
+    "deformation": "the best template as the network deforms it",
+    "selection": "the selected template",
+}
 """What a score is made of, from what nothing can mend to what the selection costs."""
+
+_UPTO = ("floor_", "fitted_", "best_deformed_", "")  # columns: of the shares the sums up to each
 
 
 def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.DataFrame:
@@ -47,7 +38,7 @@ def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.Dat
             f"no error to split: of {measure.title}, what protocol {protocol.name} measures, more "
             "is better"
         )
-    names = [f"{s.upto}_{measure.name}" if s.upto else measure.name for s in SHARES]
+    names = [prefix + measure.name for prefix in _UPTO]
     if not set(names) <= set(samples):
         raise DataError(
             "no run was scored with its references: evaluate one again (ffd evaluate run=DIR "
@@ -56,7 +47,7 @@ def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.Dat
     known = samples.dropna(subset=names)
     sums = measure.factor * known.groupby("run", sort=False)[names].mean()
     parts = sums.diff(axis=1).fillna({names[0]: sums[names[0]]})
-    table = parts.set_axis([share.name for share in SHARES], axis=1)
+    table = parts.set_axis(list(SHARES), axis=1)
     table["total"] = sums[measure.name]
     table["regret"] = table["selection"] / table["total"]
     return table

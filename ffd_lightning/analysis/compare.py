@@ -236,9 +236,8 @@ def _check_settings(settings: pd.DataFrame, names: list[str]) -> None:
     """Raise a DataError if runs differ in more than what is compared (and their seed)."""
     # Of a category alone and of several together, test shapes are the same.
     free = [key for key in settings if str(key).split(".")[0] in ("category", *names)]
-    different = settings.drop(columns=free).drop_duplicates()
-    for key in different if len(different) > 1 else ():
-        if len(values := sorted(different[key].unique())) > 1:
+    for key in settings.columns.drop(free):
+        if len(values := sorted(settings[key].unique())) > 1:
             raise DataError(
                 f"runs differ in {key} ({', '.join(values)}) as well as in "
                 f"{' and '.join(names)}: leave some of them out"

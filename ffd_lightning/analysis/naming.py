@@ -103,15 +103,13 @@ def _usual(settings: pd.DataFrame) -> dict[str, str]:
 
 
 def _told(values: pd.Series, usual: str | None) -> list[str]:
-    """Return "key=value" of each run, "" for the usual value."""
-    words = f"{values.name}=" + _shortened(values)
-    return list(words.mask(values == usual, ""))
+    """Return "key=value" of each run, "" for the usual value.
 
-
-def _shortened(values: pd.Series) -> pd.Series:
-    """Return values without the folders of files, where that does not make them equal."""
+    Files are told without their folders, where that does not make them equal.
+    """
     names = values.map(lambda value: PurePath(value).name if value.startswith("/") else value)
-    return names if names.nunique() == values.nunique() else values
+    words = f"{values.name}=" + (names if names.nunique() == values.nunique() else values)
+    return list(words.mask(values == usual, ""))
 
 
 def place(value: Any) -> tuple[int, float, str]:

@@ -57,7 +57,7 @@ class Results:
         curves: of validation, in kept results alone: `run`, `step`, `box_chamfer` (x 1000) and
             `effective_templates`.
         about: what was written with kept results, such as machine and commands; one for each file.
-        folder: that the runs are in; None of kept results.
+        folder: that the runs are in, unless they are kept results.
     """
 
     samples: pd.DataFrame
@@ -67,7 +67,7 @@ class Results:
     families: Families
     curves: pd.DataFrame
     about: Sequence[Mapping[str, Any]] = ()
-    folder: Path | None = None
+    folder: Path = Path()
 
     @classmethod
     def read(cls, folder: str | Path, protocol: str | None = None) -> Results:
@@ -173,10 +173,6 @@ class Results:
         if self.samples.empty:
             run, why = self.runs[["run", "reason"]].iloc[0]
             raise DataError(f"no run has results under protocol {self.protocol.name}: {run}: {why}")
-
-    def run_folder(self, run: str) -> RunFolder:
-        """Return the folder of a run, by its name."""
-        return RunFolder((self.folder or Path()) / run)
 
     def where(self, **columns: Any) -> Results:
         """Return the part in which columns of the samples have one of these values.
@@ -286,14 +282,13 @@ def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
 
     It is as their `summary.json` describes it, so that it need not be installed.
     """
+    content = read_json(run.evaluation(name) / "summary.json")
     try:
-        text = (run.evaluation(name) / "summary.json").read_text(encoding="utf-8")
-        content = json.loads(text)
-        how = {key: value for key, value in content.get("settings", {}).items() if key in _HOW}
         found = ProtocolDescription.from_json(content["protocol"])
-        return replace(found, name=name, settings=json.dumps(how, sort_keys=True) if how else "")
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError):
         return None
+    how = {key: value for key, value in content.get("settings", {}).items() if key in _HOW}
+    return replace(found, name=name, settings=json.dumps(how, sort_keys=True) if how else "")
 
 
 def evaluate_command(run: object, name: str) -> str:

@@ -10,11 +10,7 @@ import pandas as pd
 from ffd_lightning.analysis.compare import require_columns
 from ffd_lightning.analysis.naming import GROUP, SETTING
 from ffd_lightning.analysis.results import Results
-from ffd_lightning.metrics.selection import (
-    adjusted_rand,
-    effective_templates,
-    selection_entropy,
-)
+from ffd_lightning.metrics.selection import adjusted_rand, effective_templates
 
 
 def selection_table(results: Results) -> pd.DataFrame:
@@ -22,8 +18,8 @@ def selection_table(results: Results) -> pd.DataFrame:
 
     Returns:
         A row per run. Columns: `run`, `category`, `regime`, `templates`, `variant`, `seed`,
-        `num_samples` (test images); from the counts of the selected templates `entropy` (nats),
-        `effective_templates` (its exponential), `templates_used` and `top1_share` (of all samples).
+        `num_samples` (test images); from the counts of the selected templates
+        `effective_templates`, `templates_used` and `top1_share` (of all samples).
 
         With references also `regret`, how much worse the protocol's main metric is than with the
         best deformed template of the same network, mean over samples, in the metric's unit; and
@@ -42,7 +38,6 @@ def selection_table(results: Results) -> pd.DataFrame:
             "category": ", ".join(part["category"].unique().astype(str)),
             **{name: part[name].iloc[0] for name in (*SETTING, "seed")},
             "num_samples": len(part),
-            "entropy": selection_entropy(counts),
             "effective_templates": effective_templates(counts),
             "templates_used": len(counts),
             "top1_share": counts.max() / counts.sum(),

@@ -16,6 +16,7 @@ from rich.text import Text
 
 _READ_EASILY = 100  # characters in a line of prose
 _RULER = Console(width=10_000)
+_NUMBER = re.compile(r"$|-$|[-+<~]?\d[\d.,]*(e-?\d+)?%?($|[ \n/\u2013\[])")  # begins as one
 
 
 class Cell(str):
@@ -119,7 +120,7 @@ class Table:
     def _is_number(self, column: int) -> bool:
         """Tell whether a column is set as numbers: all its cells begin as numbers do."""
         cells = [row[column] for row in self.rows]
-        return bool(cells) and all(_begins_as_number(cell) for cell in cells)
+        return bool(cells) and all(_NUMBER.match(cell) for cell in cells)
 
 
 def number(value: float) -> str:
@@ -131,10 +132,6 @@ def number(value: float) -> str:
     if abs(value) < 1:
         return f"{value + 0.0:.3g}"  # no -0
     return f"{value:.1f}" if abs(value) >= 10 else f"{value:.2f}"
-
-
-def _begins_as_number(text: str) -> bool:
-    return re.match(r"$|-$|[-+<~]?\d[\d.,]*(e-?\d+)?%?($|[ \n/\u2013\[])", text) is not None
 
 
 def _marked(cell: str) -> str:

@@ -23,9 +23,7 @@ from ffd_lightning.palette import REGIME_COLORS, regime_title
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.terminal import counted
 
-NOTHING = "-"
-"""What is in a table where there is no value."""
-
+_NOTHING = "-"  # where there is no value
 _MOST = 12  # settings that are compared: of more, the best
 
 
@@ -41,7 +39,7 @@ class Column(NamedTuple):
     def show(self, value: float) -> str:
         """Return a value for people."""
         if pd.isna(value):
-            return NOTHING
+            return _NOTHING
         value *= self.factor
         return format(value, self.places) if self.places else number(value)
 
@@ -170,9 +168,9 @@ def decomposition(results: Results, by: Sequence[str] = GROUP) -> Table | None:
     except DataError:  # there are none, or more is better
         return None
     # The floor tells nothing of a network.
-    columns = [Column(s.name, s.name, better=0 if s is SHARES[0] else -1) for s in SHARES]
+    columns = [Column(name, name, better=0 if name == "floor" else -1) for name in SHARES]
     columns += [Column("total", "total"), Column("regret", "regret\n%", 100.0, -1)]
-    note = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
+    note = "; ".join(f"{name}: {meaning}" for name, meaning in SHARES.items())
     note += "; regret: the selection's share of the total."
     title = f"Error budget, {results.protocol.main_metric.scaled_title}"
     runs = results.scored[["run", *GROUP, "seed"]].join(parts, on="run", how="inner")
@@ -304,7 +302,7 @@ def references(results: Results) -> Table | None:
         cells = []
         for name, metric in zip(values, metrics, strict=True):
             both = dict.fromkeys(number(x) for x in metric.factor * ends[name])
-            cells.append("\u2013".join(both) if values[name].notna().any() else NOTHING)
+            cells.append("\u2013".join(both) if values[name].notna().any() else _NOTHING)
         rows.append([meaning, *cells])
     head = ["", *(_of_metric(m, m.name).heading for m in metrics)]
     return Table("References: what scores may be held against", head, rows) if rows else None

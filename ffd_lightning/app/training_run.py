@@ -37,12 +37,12 @@ from ffd_lightning.evaluation.evaluator import (
     EvaluatedNetwork,
     EvaluationOptions,
     evaluate,
-    rank_templates,
     with_labels,
 )
 from ffd_lightning.evaluation.figures import reconstruction_figure, template_figure
 from ffd_lightning.evaluation.protocols import ProtocolDescription
-from ffd_lightning.evaluation.samples import Subset
+from ffd_lightning.evaluation.samples import Subset, predict_in_chunks
+from ffd_lightning.evaluation.summaries import template_ranking
 from ffd_lightning.files import write_bytes_atomic, write_csv
 from ffd_lightning.imaging.grid import png
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
@@ -272,8 +272,8 @@ def _rank_templates(
     ids = data.split.train if on_train else data.split.selection_ids
     samples = Subset(data.prepared, data.rows(ids)).samples(cfg.template_ranking.all_views)
     log.info("%s: ranking the templates on %s", run.path, counted(len(samples), "image"))
-    ranking = rank_templates(network, data.bank, data.prepared, samples, workers)
-    write_csv(run.path / "template_ranking.csv", ranking)
+    predictions = predict_in_chunks(network, data.prepared, samples, workers)
+    write_csv(run.path / "template_ranking.csv", template_ranking(data.bank, predictions))
 
 
 def _fit(trainer: Trainer, module: FfdModule, data: FfdDataModule, checkpoint: Path | None) -> None:

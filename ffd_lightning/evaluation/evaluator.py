@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ import torch
 from filelock import FileLock
 from numpy.typing import NDArray
 
-from ffd_lightning.data.preparation.prepared import PreparedSet, digest_of
+from ffd_lightning.data.preparation.prepared import digest_of
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.candidates import (
     CANDIDATES,
@@ -34,6 +34,7 @@ from ffd_lightning.evaluation.samples import (
     Sample,
     Subset,
     predict,
+    predict_in_chunks,
     score_all,
     score_sample,
 )
@@ -43,7 +44,7 @@ from ffd_lightning.evaluation.summaries import (
     template_ranking,
     without_twins,
 )
-from ffd_lightning.files import lock_folder, write_atomic, write_csv
+from ffd_lightning.files import lock_folder, read_json, write_atomic, write_csv
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.nn.viewpoint import viewpoints
 
@@ -54,7 +55,6 @@ SHARED_FOLDER = "references"
 """Where evaluations share the scores of references, beside the folder of the prepared sets."""
 
 TABLES = ("samples.csv", "template_ranking.csv")
-_AT_ONCE = 4096  # images
 
 
 @dataclass(frozen=True)
@@ -134,8 +134,7 @@ def evaluate(
         counts = np.bincount(prediction.selected, minlength=len(evaluated.bank))
         summary = {**means(table), **selection_summary(counts), "num_samples": float(len(table))}
         summary |= without_twins(table, [metric.name for metric in protocol.metrics])
-        mean_weights = prediction.weights.mean(0, dtype=np.float64)
-        ranking = template_ranking(evaluated.bank, counts, mean_weights)
+        ranking = template_ranking(evaluated.bank, [prediction])
         content = {
             **summary,
             "protocol": ProtocolDescription.of(protocol).to_json(),
@@ -207,7 +206,7 @@ def _score(
     references: dict[str, Row] = {}
     if options.references:
         references = _reference_rows(evaluated, protocol, settings, folder, options)
-        features = [p.features for p in _in_chunks(evaluated.network, training, seen, *how)]
+        features = [p.features for p in predict_in_chunks(evaluated.network, training, seen, *how)]
         alike = nearest_by_feature(prediction.features, np.concatenate(features))
     places = {sample: k for k, sample in enumerate(samples)}
 
@@ -315,45 +314,15 @@ def weights_digest(network: TemplateFfdNetwork) -> str:
     return digest.hexdigest()
 
 
-def rank_templates(
-    network: TemplateFfdNetwork,
-    bank: TemplateBank,
-    prepared: PreparedSet,
-    samples: Sequence[Sample],
-    workers: int = 1,
-) -> list[Row]:
-    """Return `template_ranking` of a network's selections on some images, at least one."""
-    counts, weights = np.zeros(len(bank), np.int64), np.zeros(len(bank))
-    for prediction in _in_chunks(network, prepared, samples, workers):
-        counts += np.bincount(prediction.selected, minlength=len(bank))
-        weights += prediction.weights.sum(0, dtype=np.float64)
-    return template_ranking(bank, counts, weights / len(samples))
-
-
-def _in_chunks(
-    network: TemplateFfdNetwork,
-    prepared: PreparedSet,
-    samples: Sequence[Sample],
-    workers: int,
-    show: bool = False,
-) -> Iterator[Predictions]:
-    """Yield predictions: their offsets for all training images may not fit into memory."""
-    for start in range(0, len(samples), _AT_ONCE):
-        yield predict(network, prepared, samples[start : start + _AT_ONCE], workers, show)
-
-
 def _read_summary(folder: Path, settings: Mapping[str, Any]) -> dict[str, float] | None:
     """Return the numbers of a finished evaluation of these settings, None if there is none.
 
     One with references holds what one without them does, and more.
     """
-    try:
-        content = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-        there = dict(content["settings"])
-        if settings["trained_on"] is None:  # no references are asked for
-            there["trained_on"] = None
-        if there == settings and all((folder / name).is_file() for name in TABLES):
-            return {name: value for name, value in content.items() if isinstance(value, float)}
-    except (OSError, ValueError, KeyError, TypeError):
-        pass
+    content = read_json(folder / "summary.json")
+    there = content.get("settings", {})
+    if settings["trained_on"] is None:  # no references are asked for
+        there = {**there, "trained_on": None}
+    if there == settings and all((folder / name).is_file() for name in TABLES):
+        return {name: value for name, value in content.items() if isinstance(value, float)}
     return None

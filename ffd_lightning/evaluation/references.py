@@ -34,10 +34,10 @@ class NetworkFree:
     """The references that no network has a part in, for shapes that are known."""
 
     def __init__(self, bank: TemplateBank, trained_on: Subset, seed: int) -> None:
-        self._bank, self._training, self._seed = bank, trained_on.prepared, seed
-        among = trained_on.rows.tolist()
-        self._medoid = medoid(self._training, among)
-        self._retrieval = ShapeRetrieval(self._training, among)
+        self._bank, self._seed = bank, seed
+        self._training, self._among = trained_on.prepared, trained_on.rows.tolist()
+        self._medoid = medoid(self._training, self._among)
+        self._coarse = _clouds(self._training, self._among, _COARSE)
 
     def candidates(self, prepared: PreparedSet, row: int) -> dict[str, Candidate]:
         """Return them for one shape by name, see `candidates.CANDIDATES`."""
@@ -46,30 +46,23 @@ class NetworkFree:
         return {
             "best_undeformed": TemplateShape(bank, best_template(prepared, row, bank)),
             "fitted": TemplateShape(bank, *fitted_template(bank, cloud, seed)),
-            "retrieval": PreparedShape(self._training, self._retrieval.nearest(cloud)),
+            "retrieval": PreparedShape(self._training, self.nearest(cloud)),
             "medoid": PreparedShape(self._training, self._medoid),
             "floor": PreparedShape(prepared, row),
         }
 
-
-class ShapeRetrieval:
-    """Finds the nearest of some shapes, rows of a prepared set, to a shape in Chamfer distance.
-
-    All are ranked by 256 points of their clouds, the first 16 again by 1,024.
-    """
-
-    def __init__(self, prepared: PreparedSet, among: Sequence[int]) -> None:
-        self._prepared, self._among = prepared, list(among)
-        self._coarse = _clouds(prepared, among, _COARSE)
-
     def nearest(self, cloud: NDArray[np.float32]) -> int:
-        """Return the row of the shape nearest to a cloud of independent samples, (>= 1024, 3)."""
+        """Return the row of the training shape that is nearest in Chamfer distance.
+
+        All are ranked by 256 points of their clouds, the first 16 again by 1,024. The cloud is
+        independent samples, (>= 1024, 3).
+        """
         query = torch.from_numpy(cloud[:_FINE])
         first = chamfer_distance(query[:_COARSE], self._coarse, "mean").topk(
             min(_CANDIDATES, len(self._among)), largest=False
         )
         close = [self._among[k] for k in sorted(first.indices.tolist())]
-        fine = chamfer_distance(query, _clouds(self._prepared, close, _FINE), "mean")
+        fine = chamfer_distance(query, _clouds(self._training, close, _FINE), "mean")
         return close[int(fine.argmin())]
 
 

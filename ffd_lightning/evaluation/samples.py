@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -24,6 +24,8 @@ from ffd_lightning.parallel import in_threads
 from ffd_lightning.progress import CountProgress
 
 Row = dict[str, Any]
+
+_AT_ONCE = 4096  # images
 
 
 class Sample(NamedTuple):
@@ -119,6 +121,18 @@ def predict(
             "schedule.learning_rate may help) or its checkpoint is damaged"
         )
     return found
+
+
+def predict_in_chunks(
+    network: TemplateFfdNetwork,
+    prepared: PreparedSet,
+    samples: Sequence[Sample],
+    workers: int,
+    show: bool = False,
+) -> Iterator[Predictions]:
+    """Yield what `predict` does: the offsets for all training images may not fit into memory."""
+    for start in range(0, len(samples), _AT_ONCE):
+        yield predict(network, prepared, samples[start : start + _AT_ONCE], workers, show)
 
 
 def score_sample(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.evaluation.samples import Row
+from ffd_lightning.evaluation.samples import Predictions, Row
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 
 _WORDS = frozenset(("id", "category", "family", "view", "template", "twin"))  # have no mean
@@ -50,13 +50,16 @@ def selection_summary(counts: NDArray[np.int64]) -> dict[str, float]:
     }
 
 
-def template_ranking(
-    bank: TemplateBank, counts: NDArray[np.int64], mean_weights: NDArray[np.floating]
-) -> list[Row]:
-    """Return a row per template, the most selected first; of equals the one of greater weight.
+def template_ranking(bank: TemplateBank, predictions: Iterable[Predictions]) -> list[Row]:
+    """Return how often each template is selected for images, at least one, and its mean weight.
 
-    How often each was selected, and its mean weight over the samples, are (T,).
+    A row per template, the most selected first; of equals the one of greater weight.
     """
+    counts, weights = np.zeros(len(bank), np.int64), np.zeros(len(bank))
+    for prediction in predictions:
+        counts += np.bincount(prediction.selected, minlength=len(bank))
+        weights += prediction.weights.sum(0, dtype=np.float64)
+    mean_weights = weights / counts.sum()
     return [
         {
             "rank": rank + 1,

@@ -1,10 +1,10 @@
 """Run folders that are made up, as training and evaluation leave them."""
 
-import csv
 import json
 
 from analysis.made import PAPER
 
+from ffd_lightning.files import write_csv
 from ffd_lightning.run_folder import RunFolder
 
 
@@ -26,20 +26,16 @@ def write_run(
         f"templates: {{count: {templates}}}\nseed: {seed}\n{settings}"
     )
     place = run.evaluation(protocol.name)
-    place.mkdir(parents=True)
     given = {m.name: 0.5 for m in protocol.metrics} | {"family": "", "template": "x"} | columns
     count = max((len(x) for x in given.values() if isinstance(x, list)), default=2)
     summary = {"protocol": protocol.to_json(), "num_samples": count}
-    (place / "summary.json").write_text(json.dumps(summary))
     rows = [
         {"id": f"{k:03}", "category": category, "view": 0}
         | {name: x[k] if isinstance(x, list) else x for name, x in given.items()}
         for k in range(count)
     ]
-    with (place / "samples.csv").open("w", newline="") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
+    write_csv(place / "samples.csv", rows)
+    (place / "summary.json").write_text(json.dumps(summary))
     ended = {"name": protocol.name}
     run.set_status("finished", summary={"seconds_per_step": 0.5}, evaluation=ended)
     return run

@@ -21,8 +21,8 @@ def test_counts_of_the_selected_templates():
     table = selection_table(results(run_samples("xxxyyz"), run_samples("xxxxxx", "w")))
     b, w = table.to_dict("records")
     shares = np.array([3, 2, 1]) / 6
-    assert b["entropy"] == pytest.approx(-(shares * np.log(shares)).sum())
-    assert w["entropy"] == 0
+    assert b["effective_templates"] == pytest.approx(np.exp(-(shares * np.log(shares)).sum()))
+    assert w["effective_templates"] == 1
     for name, values in (("templates_used", [3, 1]), ("top1_share", [0.5, 1])):
         assert table[name].tolist() == values
     assert not {"regret", "best_share"} & set(table), "nothing to say of these"

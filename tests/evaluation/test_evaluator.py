@@ -11,9 +11,11 @@ from scipy.spatial.distance import cdist
 
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation import evaluator
+from ffd_lightning.evaluation import samples as samples_module
 from ffd_lightning.evaluation.candidates import PreparedShape
 from ffd_lightning.evaluation.protocols.base import COLUMNS
-from ffd_lightning.evaluation.samples import Sample, predict
+from ffd_lightning.evaluation.samples import Sample, predict, predict_in_chunks
+from ffd_lightning.evaluation.summaries import template_ranking
 from ffd_lightning.files import lock_folder
 
 
@@ -96,9 +98,9 @@ def test_a_network_that_has_diverged_is_said_and_not_averaged(case):
 def test_a_ranking_is_the_same_however_many_images_are_counted_at_once(case, monkeypatch):
     evaluated = case(tested_on=tuple(range(6, 17))).evaluated
     samples, prepared = evaluated.tested_on.samples(all_views=False), evaluated.tested_on.prepared
-    arguments = evaluated.network, evaluated.bank, prepared, samples
-    monkeypatch.setattr(evaluator, "_AT_ONCE", 4)
-    ranking = evaluator.rank_templates(*arguments)
+    monkeypatch.setattr(samples_module, "_AT_ONCE", 4)
+    predictions = predict_in_chunks(evaluated.network, prepared, samples, workers=1)
+    ranking = template_ranking(evaluated.bank, predictions)
     found = predict(evaluated.network, prepared, samples)
     weights = dict(zip(evaluated.bank.ids, found.weights.mean(0).tolist(), strict=True))
     assert {row["id"]: row["mean_weight"] for row in ranking} == pytest.approx(weights, rel=1e-5)

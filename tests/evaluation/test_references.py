@@ -11,11 +11,12 @@ from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation import references
 from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.evaluation.references import (
-    ShapeRetrieval,
+    NetworkFree,
     best_template,
     fitted_template,
     medoid,
 )
+from ffd_lightning.evaluation.samples import Subset
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.geometry.mesh import Mesh
@@ -37,9 +38,9 @@ def naive(a, b):
     return squared.min(0).mean() + squared.min(1).mean()
 
 
-def test_the_nearest_training_shape_and_the_medoid(prepared):
+def test_the_nearest_training_shape_and_the_medoid(prepared, bank):
     among = list(range(5, 20))
-    retrieval = ShapeRetrieval(prepared, among)
+    retrieval = NetworkFree(bank, Subset(prepared, np.array(among)), seed=0)
     for row in (0, 21, 7):
         distances = [naive(prepared.cloud(row), prepared.cloud(k)) for k in among]
         assert retrieval.nearest(prepared.cloud(row)) == among[int(np.argmin(distances))]

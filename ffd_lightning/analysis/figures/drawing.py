@@ -96,16 +96,13 @@ def with_rims(mesh: Mesh, width: float, shade: float, square: bool = False) -> M
     )
 
 
-def voxel_mesh(
-    kinds: NDArray[np.integer], colors: Sequence[Color], low: float = -0.5, high: float = 0.5
-) -> Mesh:
+def voxel_mesh(kinds: NDArray[np.integer], colors: Sequence[Color]) -> Mesh:
     """Turn voxels into cubes with darker rims; of these only sides that touch no other voxel.
 
     Args:
-        kinds: (R, R, R) indexed [x, y, z]: 0 for an empty voxel, k for one of the k-th colour.
+        kinds: of a grid from -0.5 to 0.5, (R, R, R) indexed [x, y, z]: 0 for an empty voxel, k for
+            one of the k-th colour.
         colors: of the kinds from 1 on.
-        low: lower end of the grid along each axis.
-        high: upper end.
     """
     cells = np.argwhere(kinds > 0)
     beside = (cells[:, None] + _BESIDE + 1).transpose(2, 0, 1)
@@ -114,5 +111,5 @@ def voxel_mesh(
     pair = np.array([[0, 1, 3], [2, 3, 1]])  # their right angles first
     faces = (4 * np.arange(len(side))[:, None, None] + pair).reshape(-1, 3)
     tones = np.asarray(colors, np.uint8)[kinds[tuple(cells[cell].T)] - 1]
-    mesh = Mesh(low + (high - low) / len(kinds) * corners, faces, rgba(tones.repeat(2, axis=0)))
+    mesh = Mesh(corners / len(kinds) - 0.5, faces, rgba(tones.repeat(2, axis=0)))
     return with_rims(mesh, _SEAM, _SEAM_SHADE, square=True)

@@ -83,9 +83,9 @@ class Example:
         """Return a template as it is; see `ranked`."""
         return TemplateShape(self.run.data.bank, self.ranked(rank))
 
-    def deformed(self, rank: int = 0) -> TemplateShape:
-        """Return a template deformed as the run has it; see `ranked`."""
-        index = self.ranked(rank)
+    def deformed(self) -> TemplateShape:
+        """Return the template of the greatest weight, deformed as the run has it."""
+        index = self.ranked()
         return TemplateShape(self.run.data.bank, index, self.offsets[index])
 
     def view(self, width: int) -> View:

@@ -26,7 +26,6 @@ from ffd_lightning.analysis.figures.examples import Example, score_text
 from ffd_lightning.analysis.naming import run_labels
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.candidates import Candidate
 from ffd_lightning.evaluation.figures import (
     View,
     cloud_mesh,
@@ -37,7 +36,6 @@ from ffd_lightning.evaluation.figures import (
 from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.geometry.ffd import Degrees, deform, deformation_matrix, lattice_edges
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
-from ffd_lightning.geometry.voxels import voxelize
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import Color, Picture, grid, joined, legend
 from ffd_lightning.metrics.iou import voxel_iou
@@ -130,7 +128,7 @@ def overview(example: Example, view: View, count: int) -> list[Cell]:
     return [
         _template(example),
         Cell("deformed cloud", cloud_mesh(points, colors=rgba([CLOUD] * len(points)))),
-        Cell("deformed voxels", voxel_mesh(_voxels(shape).astype(int), [DEFORMED])),
+        Cell("deformed voxels", voxel_mesh(_PAPER.voxels(shape).astype(int), [DEFORMED])),
         Cell("deformed mesh", painted(shape.mesh(), DEFORMED), example.score),
         _truth(example),
     ]
@@ -172,7 +170,7 @@ def voxels(example: Example, view: View, count: int) -> list[Cell]:
     Source: the paper's figure 4.
     """
     shape = example.deformed()
-    predicted, true = _voxels(shape), _voxels(example.truth)
+    predicted, true = _PAPER.voxels(shape), _PAPER.voxels(example.truth)
     kinds = np.where(predicted, np.where(true, 1, 3), np.where(true, 2, 0))
     iou = next(metric for metric in _PAPER.metrics if metric.name == "iou")
     cubes = voxel_mesh(kinds, list(AGREEMENT.values()))
@@ -183,11 +181,6 @@ def voxels(example: Example, view: View, count: int) -> list[Cell]:
         Cell("voxels", cubes, score_text(iou, voxel_iou(predicted, true))),
         Cell("voxels from behind", cubes, camera=behind),
     ]
-
-
-def _voxels(shape: Candidate) -> NDArray[np.bool_]:
-    """Return the voxels that protocol paper compares, (R, R, R)."""
-    return voxelize(*shape.mesh(), _PAPER.resolution, half_size=_PAPER.half_size)
 
 
 def labels(example: Example, view: View, count: int) -> list[Cell]:
@@ -223,10 +216,9 @@ def part_legend(examples: Sequence[Example]) -> dict[str, Color]:
     """Return the colours of the parts that the examples' categories have, by name."""
     prepared = examples[0].run.data.prepared
     names = {name for e in examples for name in prepared.part_names_of(e.sample.row)}
-    parts = [k for k, name in enumerate(prepared.part_names) if name in names]
-    colors = part_colors(np.array(parts, np.uint8))[:, :3].tolist()
-    named = zip(parts, colors, strict=True)
-    return {prepared.part_names[k]: (red, green, blue) for k, (red, green, blue) in named}
+    colors = part_colors(np.arange(len(prepared.part_names), dtype=np.uint8))[:, :3].tolist()
+    named = zip(prepared.part_names, colors, strict=True)
+    return {name: (red, green, blue) for name, (red, green, blue) in named if name in names}
 
 
 def _parts(mesh: Mesh) -> NDArray[np.uint8]:
@@ -304,7 +296,7 @@ def _of_run(name: str, examples: Sequence[Example], size: int, templates: int) -
         pictures.append(seen[0])
         pictures += [next(drawn) if isinstance(c.content, Mesh) else c.content for c in cells]
         labels += [example.name, *(cell.label for cell in cells)]
-    headings = ["input", *(cell.heading for cell in cells if cell.heading)]
+    headings = ["input", *(cell.heading for cell in cells)]
     font_size = max(10, round(size / 17))
     sheet = grid(pictures, len(headings), labels, headings, font_size)
     if name not in LEGENDS:

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from ffd_lightning.analysis.figures.examples import (
-    Example,
-    in_order,
-    picked,
-    reconstruct,
-)
+from ffd_lightning.analysis.figures.drawing import painted
+from ffd_lightning.analysis.figures.examples import Example, in_order, picked, reconstruct
 from ffd_lightning.analysis.naming import GROUP, differing, name_of, own_names
 from ffd_lightning.analysis.report.meshes import PackedMesh, light_template, lighten, pack
 from ffd_lightning.analysis.results import Results
@@ -26,6 +22,7 @@ from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import Color, png
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.palette import REGIME_COLORS
+from ffd_lightning.run_folder import RunFolder
 
 DEFORMED: Color = (92, 158, 237)
 TRUTH: Color = (199, 196, 189)  # the page's script draws in the same two
@@ -62,7 +59,7 @@ def open_runs(results: Results, open_run: RunOpener, limit: int) -> Opened:
     opened = Opened({}, {})
     for name in picked(results.scored.drop_duplicates(GROUP)["run"].tolist(), "spread", limit):
         try:
-            opened.runs[name] = open_run(results.run_folder(name))
+            opened.runs[name] = open_run(RunFolder(results.folder / name))
         except (UserError, OSError) as error:
             opened.errors[name] = str(error)
     return opened
@@ -127,12 +124,15 @@ def _row(
         run: pack(*light_template(e.run.data.bank, e.ranked(), e.offsets[e.ranked()], size))
         for run, e in examples.items()
     }
-    fit = fit_of([truth, *deformed.values()])
+    reach = max(np.linalg.norm(m.places(), axis=1).max() for m in (truth, *deformed.values()))
+    fit = min(1.0, 0.5 / reach)  # shrunk, all are seen whole as they turn
 
     def view(mesh: PackedMesh, color: Color, described: str) -> View:
         name = f"mesh-{len(meshes)}"
         meshes[name] = mesh.as_json()
-        picture = data_uri(still(mesh, color, camera, fit), "image/png")
+        # As the page's script draws it first.
+        solid = painted((fit * mesh.places(), mesh.faces.astype(np.int64)), color)
+        picture = data_uri(rendered(solid, camera, _STILL), "image/png")
         return View(name, picture, f"{described}, {rank}", color == TRUTH)
 
     scores = [float(e.scores[measure.name]) for e in examples.values()]
@@ -163,18 +163,6 @@ def _row(
         "elevation": f"{camera.elevation:g}",
         "fit": f"{fit:.4g}",
     }
-
-
-def fit_of(meshes: Sequence[PackedMesh]) -> float:
-    """Return by how much meshes are shrunk so that all are seen whole as they turn, 1 or less."""
-    return min(1.0, 0.5 / max(np.linalg.norm(mesh.places(), axis=1).max() for mesh in meshes))
-
-
-def still(mesh: PackedMesh, color: Color, camera: Camera, fit: float) -> bytes:
-    """Return a mesh as the page's script draws it first, as PNG on nothing; see `fit_of`."""
-    colors = np.tile(np.array([*color, 255], np.uint8), (len(mesh.faces), 1))
-    solid = Mesh(fit * mesh.places(), mesh.faces.astype(np.int64), colors)
-    return rendered(solid, camera, _STILL)
 
 
 def data_uri(content: bytes, kind: str) -> str:

@@ -19,7 +19,7 @@ from ffd_lightning.analysis.naming import differing
 from ffd_lightning.analysis.paper import PROTOCOL, beside_paper
 from ffd_lightning.analysis.report.gallery import Meshes, data_uri, gallery, open_runs
 from ffd_lightning.analysis.report.selection import bars, pictures
-from ffd_lightning.analysis.results import Results, deciding_settings
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import Table
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.opened import RunOpener
@@ -152,7 +152,7 @@ def verdict(results: Results, found: pd.DataFrame) -> tuple[str, ...]:
         decided = f"Shown to hold for other trainings and test shapes: {count} leads."
     else:
         decided = "One training decides nothing: another seed may give another order."
-    settings = deciding_settings(results.settings.loc[results.scored["run"]])
+    settings = results.deciding.loc[results.scored["run"]]
     said = f"category regime templates {' '.join(results.scored['variant'])}"
     others = [k for k in settings if settings[k].nunique() > 1 and k.split(".")[0] not in said]
     if others:

@@ -159,8 +159,7 @@ class ProtocolDescription:
         >>> ProtocolDescription.from_json(description.to_json()) == description
         True
         """
-        metrics = [asdict(metric) for metric in self.metrics]
-        return {"name": self.name, "note": self.note, "metrics": metrics}
+        return {name: value for name, value in asdict(self).items() if name != "settings"}
 
     @property
     def main_metric(self) -> Metric:

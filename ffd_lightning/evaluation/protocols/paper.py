@@ -62,7 +62,7 @@ class PaperProtocol(Protocol):
         vertices, faces = shape.mesh()
         frame = bounding_hemisphere(vertices[np.unique(faces)])
         cloud = frame.transform(shape.truth_cloud(self.points, rng))
-        return _Truth(frame, cloud, self._voxels(vertices, faces))
+        return _Truth(frame, cloud, self.voxels(shape))
 
     def score(
         self, candidate: Candidate, truth: _Truth, rng: np.random.Generator
@@ -72,8 +72,9 @@ class PaperProtocol(Protocol):
         return {
             "chamfer": chamfer(cloud, truth.cloud),
             "emd": earth_movers_distance(cloud, truth.cloud),
-            "iou": voxel_iou(self._voxels(*candidate.mesh()), truth.voxels),
+            "iou": voxel_iou(self.voxels(candidate), truth.voxels),
         }
 
-    def _voxels(self, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.bool_]:
-        return voxelize(vertices, faces, self.resolution, half_size=self.half_size)
+    def voxels(self, shape: Candidate) -> NDArray[np.bool_]:
+        """Return which voxels a shape occupies, (R, R, R)."""
+        return voxelize(*shape.mesh(), self.resolution, half_size=self.half_size)
