@@ -99,7 +99,6 @@ def report_quietly(folder: Path) -> None:
     try:
         page, results = write_report(folder, open_run), Results.read(folder)
         with contextlib.suppress(DataError):  # there is nothing to compare
-            results.check_scored()
             print("", *verdict(results, best(results)), sep="\n")
         print(f"\nOpen {page.resolve().as_uri()} in a browser.")
     except Exception as error:

@@ -8,6 +8,7 @@ from typing import get_args
 import numpy as np
 import torch
 
+from ffd_lightning.data.preparation.prepared import spread_rows
 from ffd_lightning.data.reading.orientation import Up, turn
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.chamfer import chamfer_distance
@@ -27,7 +28,7 @@ def better_turn(own: TemplateBank, known: TemplateBank, up: Up, yaw: float) -> t
     """
     if len(own) < _LEAST:
         return up, yaw
-    places = np.linspace(0, len(own) - 1, min(len(own), _MOST)).astype(int)
+    places = spread_rows(len(own), _MOST)
     clouds = own.points[torch.from_numpy(places), :_POINTS].double().numpy()
     as_given = clouds @ turn(np.eye(3), up, yaw).T  # the inverse of a rotation
     turns = [(up, yaw), *product(get_args(Up), (0.0, 90.0, 180.0, 270.0))]

@@ -81,6 +81,7 @@ def lighten(
 def _merge(vertices: NDArray[np.float64], faces: NDArray[np.int64], cells: float) -> Surface:
     """Merge the vertices of each cell of a grid of `cells` per unit."""
     _, cell = np.unique(np.round(vertices * cells), axis=0, return_inverse=True)
+    cell = cell.reshape(-1)  # numpy 2.0 keeps the axis
     count = np.bincount(cell)
     means = np.stack([np.bincount(cell, x) / count for x in vertices.T], 1)
     faces = cell[faces]

@@ -75,7 +75,8 @@ def _train_in_own_process(run: RunFolder, hydra: HydraConf) -> dict[str, float] 
     """
     given = [x.path for x in hydra.runtime.config_sources if x.provider == "command-line"]
     options = [word for path in given for word in ("--config-dir", path)]
-    place = f"hydra.run.dir='{run.path}'"
+    quoted = str(run.path).replace("'", r"\'")
+    place = f"hydra.run.dir='{quoted}'"
     command = [*train_command(), *options, *hydra.overrides.task, place]
     if subprocess.run(command, check=False).returncode == 0:
         return dict(run.status["summary"])
