@@ -26,7 +26,7 @@ demo: $(VENV)/.installed
 	$(BIN)/python train.py -m regime=b,w,e,r,posterior category=table name=demo
 
 test: $(VENV)/.installed-dev
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 bench: $(VENV)/.installed
 	@for peer in $(PEERS); do $(PIP) $$peer || echo "$$peer cannot be installed here"; done
