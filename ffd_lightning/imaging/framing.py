@@ -28,6 +28,7 @@ Box = tuple[int, int, int, int]
 _GRABCUT_ROUNDS = 8
 _MODEL = "isnet-general-use"  # of rembg: made for thin structures; its own default varies
 _FILTER = Image.Resampling.LANCZOS
+_LEAST_SEE_THROUGH = 0.01  # share of the pixels of a picture that is cut out by its alpha
 _LARGEST = 1536  # longer side of what is cut by a mask: several times what the network sees
 _ENOUGH = 12  # pixels of a photograph for one that the network sees, along each side
 _WORK_SIDE = 512  # about that of what the border's colour is looked for in
@@ -103,7 +104,9 @@ def frame_photo(
     elif background == "rembg":
         cut = _cut_by_rembg(photo)
     else:
-        by_alpha = photo.mode == "RGBA" and np.asarray(photo)[..., 3].min() < 128
+        see_through = np.mean(np.asarray(photo)[..., 3] < 128) if photo.mode == "RGBA" else 0
+        # Rounded corners cut nothing out, nor does a veil over all of the picture.
+        by_alpha = _LEAST_SEE_THROUGH < see_through < 1
         cut = _cut_by_alpha(photo) if by_alpha else _cut_by_border(photo, fill * height)
         whole_size = cut.coverage.shape == (height, width)  # large ones are reduced to be cut out
         if whole_size and photo.size == (width, height) and _is_training_image(cut, photo, whole):
@@ -188,10 +191,13 @@ def _cut_by_box(photo: Image.Image, box: Box) -> _Cut:
 
     Source: C. Rother et al., "GrabCut", SIGGRAPH 2004, by OpenCV.
     """
-    left, top, right, bottom = box
+    try:
+        left, top, right, bottom = map(float, box)
+    except (TypeError, ValueError):
+        left = top = right = bottom = math.nan
     if not (0 <= left < right <= photo.width and 0 <= top < bottom <= photo.height):
         raise DataError(
-            f"box={','.join(map(str, box))} must be left,top,right,bottom within the upright "
+            f"box={str(box).strip('()[]')} must be left,top,right,bottom within the upright "
             f"photograph, {photo.width} x {photo.height} pixels"
         )
     if (right - left) * (bottom - top) > 0.98 * photo.width * photo.height:
@@ -208,7 +214,8 @@ def _cut_by_box(photo: Image.Image, box: Box) -> _Cut:
     models = np.zeros((1, 65)), np.zeros((1, 65))
     cv2.setRNGSeed(0)
     bgr = np.ascontiguousarray(np.asarray(flat)[..., ::-1])
-    cv2.grabCut(bgr, labels, rect, *models, _GRABCUT_ROUNDS, cv2.GC_INIT_WITH_RECT)
+    if np.ptp(bgr, axis=(0, 1)).any():  # OpenCV does not come to an end where all is of one colour
+        cv2.grabCut(bgr, labels, rect, *models, _GRABCUT_ROUNDS, cv2.GC_INIT_WITH_RECT)
     found = np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD))
     if not found.any():
         raise DataError(

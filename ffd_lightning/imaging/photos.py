@@ -68,11 +68,11 @@ def _opened(content: bytes) -> Image.Image:
 
 
 def _of_array(array: NDArray[Any]) -> Image.Image:
-    try:
-        return Image.fromarray(array)
-    except TypeError:
+    of_bytes = array.dtype in (np.bool_, np.uint8)
+    if not of_bytes or not (array.ndim == 2 or (array.ndim == 3 and array.shape[2] in (3, 4))):
         known = "an array is (H, W) or (H, W, 3 or 4) uint8"
-        raise ValueError(f"{known}, this is {array.shape} {array.dtype}") from None
+        raise ValueError(f"{known}, this is {array.shape} {array.dtype}")
+    return Image.fromarray(array)
 
 
 def _upright(picture: Image.Image) -> Image.Image:

@@ -59,6 +59,19 @@ def written(checkpoint, photos, tmp_path_factory):
     return out / photo.stem, Predictor.load(checkpoint).predict(photo)
 
 
+def test_of_several_images_of_one_object_each_is_judged(photos, checkpoint, tmp_path):
+    whole, cut, blank = sorted(photos.iterdir())[0], tmp_path / "cut.png", tmp_path / "blank.png"
+    picture = np.full((60, 80, 3), 255, np.uint8)
+    Image.fromarray(picture).save(blank)
+    picture[20:45, :50] = (120, 60, 30)
+    Image.fromarray(picture).save(cut)
+    common = {"run": str(checkpoint), "together": True, "points": 9, "preview": False}
+    (found,) = predict_files(Settings(**common, image=[str(whole), str(cut)], out=str(tmp_path)))
+    assert any(x.startswith(f"of {cut}: the object touches") for x in found.warnings)
+    (failed,) = predict_files(Settings(**common, image=[str(whole), str(blank)], out=str(tmp_path)))
+    assert failed.error.startswith(f"{blank}: no object found")
+
+
 # --- what is written ------------------------------------------------------------------------------
 
 

@@ -154,6 +154,9 @@ def test_specks_do_not_decide_and_holes_are_white():
     alpha = np.dstack([photo, np.zeros((120, 160), np.uint8)])
     alpha[40:80, 50:110, 3] = alpha[5, 5, 3] = 255
     assert "cropped to 60 x 40 at (50, 40)" in frame(alpha).steps
+    alpha[..., 3] = 255
+    alpha[0, 0, 3] = 0  # nothing is cut out by a corner
+    assert frame(alpha).steps[0].startswith("background: border colour")
 
 
 def test_a_long_object_of_many_pixels_is_framed_as_it_is_with_fewer():
@@ -203,7 +206,7 @@ def test_masks_that_cannot_be_used():
         frame(photo, mask=Image.fromarray(coverage[:, 1:]))
     with pytest.raises(DataError, match="empty"):
         frame(photo, mask=Image.new("L", (320, 240)))
-    with pytest.raises(DataError, match=r"mask .*8 bits"):
+    with pytest.raises(DataError, match=r"mask .*uint8, this is .* uint16"):
         frame(photo, mask=coverage.astype(np.uint16))
     (told,) = frame(photo, mask=Image.new("L", (320, 240), 255)).warnings
     assert "all four sides" in told
@@ -245,6 +248,9 @@ def test_grabcut_finds_the_object_within_a_box():
     )
     assert (found & true).sum() / (found | true).sum() > 0.8
     assert "GrabCut" in framed.steps[0]
-    for wrong, words in (((0, 0, 320, 240), "leave out"), ((5, 5, 400, 90), "within")):
+    boxes = (((0, 0, 320, 240), "leave out"), ((5, 5, 400, 90), "within"), ((5, 5, 90), "within"))
+    for wrong, words in boxes:
         with pytest.raises(DataError, match=words):
             frame(photo, box=wrong)
+    with pytest.raises(DataError, match="nothing within the box"):
+        frame(np.full((480, 640, 3), 255, np.uint8), box=(10, 10, 300, 300))

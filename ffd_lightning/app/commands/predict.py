@@ -35,7 +35,7 @@ from ffd_lightning.components import NotNegative, Positive
 from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder, read_json
-from ffd_lightning.imaging.framing import Background, Box
+from ffd_lightning.imaging.framing import Background, Box, FramedPhoto
 from ffd_lightning.inference.files import (
     record,
     write_cloud,
@@ -230,7 +230,8 @@ class _Maker:
         try:
             return self._made(job)
         except UserError as error:
-            named = str(job.image) in str(error) or str(job.folder) in str(error)
+            places = job.folder, job.image, *(other.image for other in job.others)
+            named = any(str(place) in str(error) for place in places)
             return Outcome(error=str(error) if named else f"{job.image}: {error}")
         except Exception as error:  # one failure does not stop the others
             return Outcome(error=f"{job.image}: {type(error).__name__}: {error}")
@@ -242,11 +243,12 @@ class _Maker:
         if same and all((folder / name).is_file() for name in earlier["files"]):
             return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
         start = time.perf_counter()
-        how: Any = {"box": settings.box, "background": settings.background}
-        every = (job, *job.others)
-        photos = [self._predictor.frame(one.image, mask=one.mask, **how) for one in every]
+        photos = [self._framed(one) for one in (job, *job.others)]
         framed = time.perf_counter()
         if job.others:
+            pairs = zip(job.others, photos[1:], strict=True)
+            more = [f"of {one.image}: {text}" for one, photo in pairs for text in photo.warnings]
+            photos[0] = replace(photos[0], warnings=(*photos[0].warnings, *more))
             selected = self._predictor.predict_together(photos, settings.category)
         else:
             (selected,) = self._predictor.predict_framed(photos, settings.category)
@@ -284,6 +286,14 @@ class _Maker:
         write_json(folder / _RECORD, content)  # the last: it says that the others are whole
         (folder / _UNFINISHED).unlink()
         return Outcome(_line(job, content), selected.warnings)
+
+    def _framed(self, job: Job) -> FramedPhoto:
+        how: Any = {"box": self._settings.box, "background": self._settings.background}
+        try:
+            return self._predictor.frame(job.image, mask=job.mask, **how)
+        except UserError as error:
+            named = str(job.image) in str(error)
+            raise error if named else type(error)(f"{job.image}: {error}") from error
 
     def _key(self, job: Job) -> str:
         """Return what changes when the files would be others."""
