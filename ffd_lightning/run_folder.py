@@ -40,10 +40,10 @@ def decides(key: str) -> bool:
 class RunFolder:
     """Paths and status of one run.
 
-    Holds `config.yaml`, `templates.csv` (in their order: ids, and how they cover the other shapes),
-    `templates.png`, `outliers.csv` where the data has any, `checkpoints/last.ckpt`, TensorBoard's
-    `events.*`, `status.json`, and once finished `evaluation/<name>/{samples.csv, summary.json}`,
-    `data.json`, `template_ranking.csv` and `reconstructions.png`.
+    Holds `config.yaml`, `data.json`, `templates.csv` (in their order: ids, and how they cover the
+    other shapes), `templates.png`, `outliers.csv` where the data has any, `checkpoints/last.ckpt`,
+    TensorBoard's `events.*`, `status.json`, and once finished `template_ranking.csv`,
+    `evaluation/<name>/{samples.csv, summary.json}` and `reconstructions.png`.
     """
 
     path: Path
@@ -148,8 +148,18 @@ class RunFolder:
         return read_json(self.path / "data.json")
 
     def set_data(self, record: Mapping[str, Any]) -> None:
-        """Write `data.json`: see `FfdDataModule.record`."""
-        write_atomic(self.path / "data.json", json.dumps(record, indent=2) + "\n")
+        """Write `data.json`: see `FfdDataModule.record`; and the folder that paths start from."""
+        content = {**record, "folder": os.getcwd()}
+        write_atomic(self.path / "data.json", json.dumps(content, indent=2) + "\n")
+
+    def is_of_data(self, record: Mapping[str, Any]) -> bool:
+        """Return whether the run was trained on the files that the data is of now, if it is known.
+
+        Args:
+            record: see `FfdDataModule.record`.
+        """
+        known = self.data.get("sources")
+        return known in (None, json.loads(json.dumps(record["sources"])))
 
     @property
     def progress(self) -> dict[str, Any]:

@@ -126,7 +126,7 @@ class Results:
         columns = ["run", *GROUP, "seed", "id", "view", "family", "template"]
         # Copied: in one block each kind of column, of which pandas would warn otherwise.
         samples = pd.concat(parts or [pd.DataFrame(columns=columns)], ignore_index=True).copy()
-        other = _of_other_data(samples, settings)
+        other = _of_other_data(samples, settings, known)
         for part in (samples, table):
             part["category"] += part["run"].map(other).fillna("")
         families = {
@@ -253,13 +253,20 @@ def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(columns, settings.index)
 
 
-def _of_other_data(samples: pd.DataFrame, settings: pd.DataFrame) -> dict[str, str]:
+def _of_other_data(
+    samples: pd.DataFrame, settings: pd.DataFrame, known: Mapping[str, RunFolder]
+) -> dict[str, str]:
     """Return " (data.seed=1)", say, of runs on other data than most runs of a category.
 
-    Their shapes are others, also where these have the same ids.
+    Their shapes are others, also where these have the same ids. Folders of one name hold the same
+    data, wherever they are, unless their files are known to be others.
     """
     values = settings.reindex(columns=["data.name", "data.seed", "data.root"]).map(setting_text)
-    values["data.root"] = values["data.root"].map(lambda root: PurePath(root).name)
+    firsts: dict[tuple[str, ...], tuple[str, Any]] = {}
+    for run, root in values["data.root"].items():
+        name, sources = PurePath(root).name, known[str(run)].data.get("sources", {})
+        first = firsts.setdefault((name, *sources), (root, sources))
+        values.loc[run, "data.root"] = name if root == first[0] or sources == first[1] else root
     found: dict[str, str] = {}
     for _, part in samples.groupby("category", sort=False):
         runs = values.loc[part["run"].unique()]

@@ -57,14 +57,16 @@ def _network_file(weights: str) -> Path:
 def leak_warning(
     cfg: TrainConfig, tested: Sequence[str], twins: Mapping[str, Mapping[str, str]] = {}
 ) -> str:
-    """Say how many test shapes the first weights were trained or validated on, "" for none.
+    """Say how many shapes to test on the first weights were trained or validated on, "" for none.
+
+    Where a run is scored on validation shapes, those that only validated the weights do not count.
 
     They are known again by their ids, where the data is of the same name and seed. Templates of a
     network that is not told them do not count: it was never shown images of them.
 
     Args:
         cfg: of the run that is to start.
-        tested: ids of its test shapes.
+        tested: ids of the shapes that it is scored on.
         twins: of each of its categories, see `data.twins`: copies count like the shapes themselves.
     """
     weights = cfg.network.weights
@@ -119,7 +121,8 @@ def _seen(
         ids, alike = tuple(source.shape_ids(category)), twins.get(category, {})
         subsets = rule(SplitInput(category, ids, (), source.split(category), alike))
         split = make_split(ids, subsets, settings["split.val_fraction"], alike)
-        seen |= {f"{category}/{shape_id}" for shape_id in (*split.train, *split.val)}
+        chosen = split.val if cfg.evaluation.subset == "test" else ()  # by the validation
+        seen |= {f"{category}/{shape_id}" for shape_id in (*split.train, *chosen)}
     own = f"{model['categories'][0]}/" if len(model["categories"]) == 1 else ""
     templates = {f"{own}{i}" for i in model["templates"]["ids"]}
     return seen if "template_codes" in model else seen - templates

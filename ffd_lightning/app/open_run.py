@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from ffd_lightning.app.build import build_data
 from ffd_lightning.app.config import TrainConfig
@@ -28,7 +29,12 @@ def open_data(
         ConfigError: its `config.yaml` cannot be used here.
         DataError: its prepared data is not there.
     """
-    settings = run.settings
+    settings, there = run.settings, Path(run.data.get("folder", "."))  # from where it was trained
+    for group in ("data", "split", "template_strategy"):
+        own: Any = settings.get(group)
+        for name in own if isinstance(own, dict) else ():
+            if name.endswith(("root", "file")) and own[name] and (there / own[name]).exists():
+                own[name] = str(there / own[name])
     try:
         config = typed_config(settings, TrainConfig)
     except ConfigError as error:
@@ -60,8 +66,9 @@ def open_run(
     file = checkpoint or run.checkpoint
     model = load_model(file)
     data.setup()
-    if model.bank.ids != data.bank.ids:
+    if not model.bank.is_of(data.bank):
         raise ConfigError(
-            f"the checkpoint {file} is of another network: its templates are not {run.path}'s"
+            f"the templates of the checkpoint {file} are not {run.path}'s: it is of another "
+            "network, or the files of their shapes have changed since"
         )
     return OpenRun(run, model.network, data, model.step)

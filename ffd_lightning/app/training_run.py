@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import warnings
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +28,7 @@ from ffd_lightning.app.config import EvaluateConfig, TrainConfig
 from ffd_lightning.app.first_weights import leak_warning
 from ffd_lightning.checkpoint import read_checkpoint
 from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.distances import outlier_note, outlier_rows, template_rows
 from ffd_lightning.data.twins import twin_warning, twins
 from ffd_lightning.errors import ConfigError, DataError, UserError
@@ -86,6 +86,8 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         return _train(cfg, run)
     with run.lock():
         identity.check_folder(cfg, run)
+        for unfinished in run.checkpoint.parent.glob(".*.tmp"):  # a kill while it was written
+            unfinished.unlink()
         asked = {
             "name": str(_evaluation_folder(run, cfg).relative_to(run.evaluation(""))),
             "settings": build_protocol(cfg.protocol).key,
@@ -140,8 +142,10 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     leak = leak_warning(cfg, tested, alike)
     for warning in filter(None, (data.split.warning(), leak, copies)):
         log.warning("%s: %s", run.path, warning)
-    done = _checkpoint_step(run, data.bank.ids)
+    done = _checkpoint_step(run, data)
     if _rank() == 0:
+        if not run.data:
+            run.set_data(data.record())
         _record_templates(run, data)
     clock = Clock(cfg.logger.every)
     trainer = _trainer(cfg, run, done, clock)
@@ -150,7 +154,6 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     if not trainer.is_global_zero:
         return {}
     network.to(trainer.strategy.root_device)  # Lightning leaves it on the CPU
-    run.set_data(data.record())
     options = evaluation_options(cfg, data, cfg.trainer.progress_bar)
     _rank_templates(cfg, run, data, network, options.workers)
     count, steps = len(tested), trainer.global_step
@@ -227,19 +230,25 @@ def _record(cfg: TrainConfig) -> dict[str, Any]:
     }
 
 
-def _checkpoint_step(run: RunFolder, templates: Sequence[str]) -> int:
+def _checkpoint_step(run: RunFolder, data: FfdDataModule) -> int:
     """Return the step that the run's checkpoint continues from, 0 without one."""
     if not run.checkpoint.exists():
         return 0
     try:
         found = read_checkpoint(run.checkpoint)
-        ids = tuple(found["model"]["templates"]["ids"])
-    except (DataError, KeyError, TypeError):  # cut off, or not written by this training
+        bank = TemplateBank.from_state(found["model"]["templates"])
+    except (DataError, KeyError, TypeError, ValueError):  # cut off, or not of this training
         problem = "is damaged"
     else:
-        if ids == tuple(templates):
+        if bank.is_of(data.bank):
+            if not run.is_of_data(data.record()):
+                log.warning(
+                    "%s: files of its shapes have changed since it was begun. It goes on with what "
+                    "they hold now; restart=true trains it from the start",
+                    run.path,
+                )
             return int(found["global_step"])
-        problem = f"has other templates than are chosen now, the first of them {templates[0]}"
+        problem = f"has other templates than there are now, the first of them {data.bank.ids[0]}"
     raise DataError(
         f"the checkpoint {run.checkpoint} {problem}: add restart=true to train from the start"
     )

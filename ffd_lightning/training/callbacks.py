@@ -71,6 +71,7 @@ class Clock(Callback):
     def on_train_batch_start(self, trainer: Trainer, *_: Any) -> None:
         """Note the step's learning rate: at its end it is the next one's."""
         self._rate = trainer.optimizers[0].param_groups[0]["lr"]
+        self._last = self._last or time.perf_counter()  # after a pause, without the data
 
     def on_train_batch_end(
         self, trainer: Trainer, pl_module: LightningModule, outputs: Any, batch: Any, batch_idx: int

@@ -54,6 +54,16 @@ def test_shapes_of_other_data_are_others_whatever_their_ids(tmp_path):
     assert results.families["2"] == {"x": "table (data.seed=1)/desk"}
 
 
+@pytest.mark.parametrize(("files", "place"), [("1", ""), ("2", " (data.root=/b/meshes)")])
+def test_folders_of_one_name_may_hold_other_files(tmp_path, files, place):
+    for root, known in (("/a/meshes", "1"), ("/a/meshes", "1"), ("/b/meshes", files)):
+        name = f"{len(list(tmp_path.iterdir()))}"
+        run = write_run(tmp_path / name, settings=f"data: {{name: folder, root: {root}}}\n")
+        run.set_data({"sources": {"table": {"sha256": known}}})
+    categories = Results.read(tmp_path).runs.set_index("run")["category"].to_dict()
+    assert categories == {"0": "table", "1": "table", "2": f"table{place}"}
+
+
 @pytest.mark.parametrize("rows", [1, 3])
 def test_scores_of_fewer_images_or_of_one_twice_are_damaged(tmp_path, rows):
     run = write_run(tmp_path / "1")

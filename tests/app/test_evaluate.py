@@ -16,7 +16,7 @@ from ffd_lightning.app.config import EvaluateConfig, TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.first_weights import leak_warning
 from ffd_lightning.app.training_run import train
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation import evaluator
 from ffd_lightning.run_folder import RunFolder
 
@@ -213,5 +213,17 @@ def test_other_templates(tmp_path):
     assert f"of 12 shapes to test on, {12 - len(test)} trained" in leak_warning(
         fewer, [*everything]
     )
+    # Other files of the same names: no scores of its own are lost, and no template is another.
+    others = [i for i in everything if i not in data.bank.ids]
+    trimesh.creation.box((3, 1, 1)).export(root / f"{others[0]}.off")
+    evaluate(run)
+    assert samples(run) == before
+    assert len(list(run.evaluation(FEW).glob("data-*/samples.csv"))) == 1
+    trimesh.creation.box((3, 1, 1)).export(root / f"{data.bank.ids[0]}.off")
+    with pytest.raises(ConfigError, match="files of their shapes have changed"):
+        evaluate(run)
+    run.set_status("running")
+    with pytest.raises(DataError, match="has other templates than there are now"):
+        train(cfg, run)
     shutil.rmtree(root)
     assert "is not known" in leak_warning(fewer, [*everything])

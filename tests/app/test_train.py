@@ -56,7 +56,7 @@ def test_a_run_leaves_everything_that_is_read_later(finished):
     assert sum(int(r["count"]) for r in ranking) == len(split.val), "chosen before the test"
     assert set(templates).isdisjoint((*split.train, *split.val, *split.test))
     assert [row["id"] for row in csv.DictReader((run.path / "templates.csv").open())] == templates
-    assert run.data == opened.record()
+    assert run.data == {**opened.record(), "folder": str(Path.cwd())}
     assert Image.open(run.path / "reconstructions.png").size[0] > 5 * 64
     assert Image.open(run.path / "templates.png").size[0] > 2 * 256
     (row,) = Results.read(run.path).scored.to_dict("records")

@@ -115,6 +115,14 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     opened = open_run(run, cfg.data_root, checkpoint, prepare=True)
     subject = evaluated(cfg, opened.network, opened.data, opened.step)
     subset: str = cfg.evaluation.subset
+    if not run.is_of_data(opened.data.record()):
+        log.warning(
+            "files of the shapes have changed since %s was trained: these scores are kept beside "
+            "those of its own",
+            run.path,
+        )
+        changed = opened.data.prepared.digest[:_DIGITS]
+        subset = f"data-{changed}_{subset}".removesuffix("_test")
     if cfg.prepared is not None:
         other = PreparedSet.open(Path(cfg.prepared)).originals
         prefix = f"{other.category(0)}/" if len(opened.data.categories) > 1 else ""

@@ -195,6 +195,11 @@ class TemplateBank:
     def __len__(self) -> int:
         return len(self.ids)
 
+    def is_of(self, other: TemplateBank) -> bool:
+        """Return whether the ids are those of other templates, and the lattices: files change."""
+        named = (self.ids, self.degrees) == (other.ids, other.degrees)
+        return named and torch.allclose(self.control_points, other.control_points, atol=1e-3)
+
     @cached_property
     def lattices(self) -> tuple[Lattice, ...]:
         """The bounding box of each mesh."""
