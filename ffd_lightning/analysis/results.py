@@ -174,6 +174,10 @@ class Results:
             run, why = self.runs[["run", "reason"]].iloc[0]
             raise DataError(f"no run has results under protocol {self.protocol.name}: {run}: {why}")
 
+    def run_folder(self, run: str) -> RunFolder:
+        """Return the folder of a run, by its name."""
+        return RunFolder(self.folder / run)
+
     def where(self, **columns: Any) -> Results:
         """Return the part in which columns of the samples have one of these values.
 

@@ -22,7 +22,6 @@ from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import Color, png
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.palette import REGIME_COLORS
-from ffd_lightning.run_folder import RunFolder
 
 DEFORMED: Color = (92, 158, 237)
 TRUTH: Color = (199, 196, 189)  # the page's script draws in the same two
@@ -59,7 +58,7 @@ def open_runs(results: Results, open_run: RunOpener, limit: int) -> Opened:
     opened = Opened({}, {})
     for name in picked(results.scored.drop_duplicates(GROUP)["run"].tolist(), "spread", limit):
         try:
-            opened.runs[name] = open_run(RunFolder(results.folder / name))
+            opened.runs[name] = open_run(results.run_folder(name))
         except (UserError, OSError) as error:
             opened.errors[name] = str(error)
     return opened
