@@ -243,8 +243,8 @@ def _checkpoint_step(run: RunFolder, data: FfdDataModule) -> int:
         if bank.is_of(data.bank):
             if not run.is_of_data(data.record()):
                 log.warning(
-                    "%s: files of its shapes have changed since it was begun. It goes on with what "
-                    "they hold now; restart=true trains it from the start",
+                    "%s: its shapes have changed since it was begun, in their files or in how "
+                    "these are read. It goes on with what they are now; restart=true begins anew",
                     run.path,
                 )
             return int(found["global_step"])

@@ -117,8 +117,8 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     subset: str = cfg.evaluation.subset
     if not run.is_of_data(opened.data.record()):
         log.warning(
-            "files of the shapes have changed since %s was trained: these scores are kept beside "
-            "those of its own",
+            "shapes of %s have changed since it was trained, in their files or in how these are "
+            "read: the scores are kept beside those of its own",
             run.path,
         )
         changed = opened.data.prepared.digest[:_DIGITS]
