@@ -214,8 +214,7 @@ def test_other_templates(tmp_path):
         fewer, [*everything]
     )
     # Other files of the same names: no scores of its own are lost, and no template is another.
-    others = [i for i in everything if i not in data.bank.ids]
-    trimesh.creation.box((3, 1, 1)).export(root / f"{others[0]}.off")
+    trimesh.creation.box((3, 1, 1)).export(root / f"{test[0]}.off")
     evaluate(run)
     assert samples(run) == before
     assert len(list(run.evaluation(FEW).glob("data-*/samples.csv"))) == 1
