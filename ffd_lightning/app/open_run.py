@@ -33,8 +33,9 @@ def open_data(
     for group in ("data", "split", "template_strategy"):
         own: Any = settings.get(group)
         for name in own if isinstance(own, dict) else ():
-            if name.endswith(("root", "file")) and own[name] and (there / own[name]).exists():
-                own[name] = str(there / own[name])
+            place = there / str(own[name])
+            if name.endswith(("root", "file")) and own[name] and place.exists():
+                own[name] = str(place)
     try:
         config = typed_config(settings, TrainConfig)
     except ConfigError as error:

@@ -19,6 +19,7 @@ from ffd_lightning.run_folder import RunFolder
 if TYPE_CHECKING:
     from ffd_lightning.checkpoint import TrainedModel
     from ffd_lightning.data.datamodule import FfdDataModule
+    from ffd_lightning.data.preparation.prepared import PreparedSet
     from ffd_lightning.evaluation.protocols import Protocol
     from ffd_lightning.evaluation.samples import Subset
     from ffd_lightning.geometry.mesh import Mesh
@@ -91,8 +92,6 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
         The summary, and the folder of the results. What is not measured as a training measures it,
         or not of the network that it ended with on its test shapes, is in a folder of its own.
     """
-    import numpy as np
-
     from ffd_lightning.app.build import build_protocol
     from ffd_lightning.app.identity import evaluation_name
     from ffd_lightning.app.open_run import open_run
@@ -100,7 +99,6 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     from ffd_lightning.checkpoint import load_model
     from ffd_lightning.data.preparation.prepared import PreparedSet
     from ffd_lightning.evaluation.evaluator import evaluate, weights_digest
-    from ffd_lightning.evaluation.samples import Subset
     from ffd_lightning.inference.predictor import choose_device
 
     protocol, device = build_protocol(cfg.protocol), choose_device(cfg.device)
@@ -124,21 +122,10 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
         changed = opened.data.prepared.digest[:_DIGITS]
         subset = f"data-{changed}_{subset}".removesuffix("_test")
     if cfg.prepared is not None:
-        other = PreparedSet.open(Path(cfg.prepared)).originals
-        prefix = f"{other.category(0)}/" if len(opened.data.categories) > 1 else ""
-        ids = [f"{prefix}{i}" for i in other.ids]  # as the run has them
-        rows = [k for k, i in enumerate(ids) if i not in opened.data.bank.ids]
-        tested_on = Subset(other, np.asarray(rows, np.int64))
+        tested_on = _of_set(PreparedSet.open(Path(cfg.prepared)).originals, opened.data)
         subject = replace(subject, tested_on=tested_on, twins=frozenset())
+        other = tested_on.prepared
         subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
-        known = {*opened.data.split.train, *opened.data.split.val}
-        if seen := sum(ids[row] in known for row in rows):
-            log.warning(
-                "%d of %d shapes have ids of shapes that the run was trained or validated on: such "
-                "scores say nothing of new shapes",
-                seen,
-                len(rows),
-            )
     if (told := _told(cfg, opened.data, checkpoint or run.checkpoint)) is not None:
         model, own = told
         left = _without(subject.tested_on, model.bank.meshes)
@@ -157,6 +144,26 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     options = evaluation_options(cfg, opened.data, cfg.progress_bar, cfg.restart)
     folder = run.evaluation(evaluation_name(cfg), subset)
     return evaluate(subject, protocol, folder, options), folder
+
+
+def _of_set(other: PreparedSet, data: FfdDataModule) -> Subset:
+    """Return the shapes of another prepared set that are no templates of a run's data."""
+    import numpy as np
+
+    from ffd_lightning.evaluation.samples import Subset
+
+    prefix = f"{other.category(0)}/" if len(data.categories) > 1 else ""
+    ids = [f"{prefix}{i}" for i in other.ids]  # as the run has them
+    rows = [k for k, i in enumerate(ids) if i not in data.bank.ids]
+    known = {*data.split.train, *data.split.val}
+    if seen := sum(ids[row] in known for row in rows):
+        log.warning(
+            "%d of %d shapes have ids of shapes that the run was trained or validated on: such "
+            "scores say nothing of new shapes",
+            seen,
+            len(rows),
+        )
+    return Subset(other, np.asarray(rows, np.int64))
 
 
 def _told(

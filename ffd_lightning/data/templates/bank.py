@@ -196,7 +196,7 @@ class TemplateBank:
         return len(self.ids)
 
     def is_of(self, other: TemplateBank) -> bool:
-        """Return whether the ids are those of other templates, and the lattices: files change."""
+        """Return whether another bank has the same ids and lattices: a shape's file may change."""
         named = (self.ids, self.degrees) == (other.ids, other.degrees)
         return named and torch.allclose(self.control_points, other.control_points, atol=1e-3)
 
