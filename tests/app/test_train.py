@@ -297,12 +297,13 @@ def test_a_job_that_is_refused_stops_no_other_of_the_same_folder(prepared, data_
     assert the_run(tmp_path).finished
 
 
-def test_a_sweep_over_devices_is_not_started_twice(prepared, data_root, tmp_path):
-    arguments = command(tmp_path, data_root, "-m")
-    overrides = ["trainer=ddp", "trainer.accelerator=cpu", "trainer.devices=2", "schedule.steps=2"]
-    arguments = [x for x in arguments if x != "trainer=cpu"] + overrides
-    done = python(*arguments)
+def test_a_sweep_over_devices_is_not_started_twice(prepared, data_root, tmp_path, capfd):
+    devices = ("trainer=ddp", "trainer.accelerator=cpu", "trainer.devices=2", "schedule.steps=2")
+    arguments = [x for x in command(tmp_path, data_root, "-m")[1:] if x != "trainer=cpu"]
+    done = run_command("train", *arguments, *devices)
     assert done.returncode == 0, done.stderr
-    runs = Results.read(tmp_path).runs
-    assert runs["state"].tolist() == ["finished"]
-    assert done.stdout.count("Launching 1 jobs") == 1
+    assert Results.read(tmp_path).runs["state"].tolist() == ["finished"]
+    assert "Launching 1 jobs" in done.stdout
+    written = capfd.readouterr().out  # the other device's process, which writes past this one
+    assert "GLOBAL_RANK: 1" in written
+    assert "Launching" not in written
