@@ -366,7 +366,7 @@ def described(hint: Any) -> str:
     if kind in (typing.Union, types.UnionType):
         return " or ".join(filter(None, map(described, args)))
     if kind in (list, tuple):
-        return "a list such as [a,b]"
+        return "a list of whole numbers" if int in args else "a list such as [a,b]"
     if kind in (dict, Mapping) or dataclasses.is_dataclass(kind):
         return "settings by name"
     words = {int: "a whole number", float: "a number", bool: "true or false", str: "text"}

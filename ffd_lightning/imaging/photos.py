@@ -21,7 +21,7 @@ Photo: TypeAlias = str | Path | bytes | Image.Image | Bytes
 MAX_PIXELS = 60_000_000
 """Of a photograph; larger ones are not decoded. Phones make up to 50 million."""
 
-_FORMATS = ("PNG", "JPEG", "WEBP", "AVIF", "BMP", "GIF", "TIFF", "PPM")
+FORMATS = ("PNG", "JPEG", "WEBP", "AVIF", "BMP", "GIF", "TIFF", "PPM")
 
 
 def read_photo(source: Photo, name: str = "the photograph") -> Image.Image:
@@ -60,7 +60,7 @@ def read_photo(source: Photo, name: str = "the photograph") -> Image.Image:
 def _opened(content: bytes) -> Image.Image:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of large pictures, where our limit is lower
-        picture = Image.open(io.BytesIO(content), formats=_FORMATS)
+        picture = Image.open(io.BytesIO(content), formats=FORMATS)
     if picture.width * picture.height > MAX_PIXELS:
         size = f"{picture.width:,} x {picture.height:,} pixels"
         raise ValueError(f"{size}, more than {MAX_PIXELS:,}: make it smaller first")

@@ -158,8 +158,9 @@ def test_the_record_suffices_to_make_the_mesh_again(written):
 
 
 def test_files_folders_patterns_and_lists(tmp_path):
-    for name in ("b.png", "a.JPG", "._b.png", "notes.txt", "sub/a.png", "sub/c.webp"):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
+    made = ("o/b/prediction.json", "o/b/preview.png", "o/b/candidate-2/preview.png")
+    for name in ("b.png", "a.JPG", "._b.png", "notes.txt", "sub/a.png", "sub/c.webp", *made):
+        (tmp_path / name).parent.mkdir(exist_ok=True, parents=True)
         (tmp_path / name).touch()
 
     def names(image):
@@ -192,7 +193,7 @@ def test_masks_go_by_name(tmp_path):
             find_jobs(images, str(mask), Path("o"))
 
 
-def test_what_is_there_is_not_made_again(config, photos, monkeypatch):
+def test_what_is_there_is_not_made_again(config, photos, tmp_path, monkeypatch):
     config = replace(config, image=str(photos), preview=False)
     first = predict_files(config)
     assert [o.known for o in first] == [False] * 3
@@ -210,6 +211,11 @@ def test_what_is_there_is_not_made_again(config, photos, monkeypatch):
     assert not any(o.known for o in again)
     monkeypatch.setattr(predict, "FORMAT_VERSION", -1)
     assert not any(o.known for o in predict_files(replace(config, points=301)))
+    other = tmp_path / f"{folder.name}.png"
+    Image.new("RGB", (64, 48), "brown").save(other)
+    (outcome,) = predict_files(replace(config, image=str(other)))
+    assert "holds what was made of" in outcome.error
+    assert (folder / "mesh.glb").is_file()
 
 
 def test_one_command_at_a_time_and_the_number_of_workers_changes_nothing(config, photos, tmp_path):

@@ -35,13 +35,11 @@ class Settings(TemplateSettings):
     Attributes:
         run: a run folder, or a checkpoint file; null for the model that comes with the package.
         out: the file to write, .onnx or .ckpt; its folder is made where it is missing.
-        checkpoint: another checkpoint than the run's newest.
         data_root: the meshes of templates= are prepared once, and kept there.
     """
 
     run: str | None = None
     out: str = "model.onnx"
-    checkpoint: str | None = None
     data_root: str = "data"
 
 
@@ -50,7 +48,7 @@ def main(settings: Settings) -> int:
     out = Path(settings.out)
     if out.suffix != ".ckpt":
         check_out(out)  # before the checkpoint is read
-    checkpoint = checkpoint_of(settings.checkpoint or settings.run)
+    checkpoint = checkpoint_of(settings.run)
     model = load_model(checkpoint)
     if (own := settings.named_templates(model, settings.data_root)) is not None:
         model = tell(model, own, beside=settings.beside)

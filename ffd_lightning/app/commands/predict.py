@@ -29,6 +29,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from PIL import Image
+
 from ffd_lightning.app.config import TemplateSettings
 from ffd_lightning.app.configuration import config_folder
 from ffd_lightning.components import NotNegative, Positive
@@ -36,6 +38,7 @@ from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder, read_json
 from ffd_lightning.imaging.framing import Background, Box, FramedPhoto
+from ffd_lightning.imaging.photos import FORMATS
 from ffd_lightning.inference.files import (
     record,
     write_cloud,
@@ -56,9 +59,7 @@ ALONE = _PHOTOS.is_dir()  # only in a checkout
 FORMAT_VERSION = 7
 """Goes up when the same photograph and settings give other files."""
 
-_SUFFIXES = frozenset(
-    (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".gif", ".tif", ".tiff", ".ppm", ".heic", ".avif")
-)
+_SUFFIXES = {".heic", *(x for x, kind in Image.registered_extensions().items() if kind in FORMATS)}
 """What is taken for an image in a folder; what of it cannot be read is named."""
 _RECORD, _UNFINISHED = "prediction.json", "unfinished.json"
 _MESHES = ("mesh.glb", "template.glb", "lattice.glb", "cloud.ply")
@@ -169,6 +170,8 @@ def predict_files(settings: Settings) -> list[Outcome]:
     if settings.image is None and not ALONE:
         raise ConfigError("image= names no photograph: give a file, a folder or a pattern")
     jobs = find_jobs(settings.image or [str(_PHOTOS)], settings.mask, out)
+    if settings.background != "auto" and (settings.mask or settings.box) is not None:
+        raise ConfigError("background= is of photographs without mask= and box=: leave it out")
     if settings.box is not None and (settings.mask is not None or len(jobs) > 1):
         raise ConfigError("box= is of one photograph, and takes the place of mask=: give one each")
     if settings.together:
@@ -242,6 +245,10 @@ class _Maker:
         same = not settings.restart and earlier.get("key") == key
         if same and all((folder / name).is_file() for name in earlier["files"]):
             return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
+        before = Path(earlier.get("image_file", job.image))
+        if not settings.restart and before.is_file() and not before.samefile(job.image):
+            way = "name another folder with out=, or replace it with restart=true"
+            raise DataError(f"{folder} holds what was made of {before}: {way}")
         start = time.perf_counter()
         photos = [self._framed(one) for one in (job, *job.others)]
         framed = time.perf_counter()
@@ -369,7 +376,14 @@ def _expand(entry: str) -> list[Path]:
         return sorted(file for file in shown if file.suffix.lower() in _SUFFIXES)
     if path.exists() or not glob.has_magic(entry):
         return [path]
-    return sorted(p for p in map(Path, glob.glob(str(path), recursive=True)) if p.is_file())
+    found = (p for p in map(Path, glob.glob(str(path), recursive=True)) if p.is_file())
+    return sorted(p for p in found if not _is_result(p))
+
+
+def _is_result(path: Path) -> bool:
+    """Tell whether a file is one that this command has written, such as a preview."""
+    places = (path.parent, path.parent.parent)  # a candidate's folder lies in its photograph's
+    return any((place / name).is_file() for place in places for name in (_RECORD, _UNFINISHED))
 
 
 def _names(images: Sequence[Path]) -> list[str]:

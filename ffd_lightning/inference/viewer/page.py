@@ -22,7 +22,7 @@ log = logging.getLogger(__name__)
 
 _STEPS = {"previous": -1, "next": 1}
 _WHOLE = (5, 95)  # of a photograph's width or height, %: the box to begin with
-_NARROW = 0.8  # width / height of a window whose lower half the panel takes
+_NARROW = 0.55  # width / height of a window whose lower half the panel takes
 
 
 class Page:
@@ -120,7 +120,7 @@ class Page:
     # --- what inputs do --------------------------------------------------------------------------
 
     def _ask_for(self, photo: Photo | None) -> None:
-        self._photo = photo
+        self._photo, self._opened = photo, None  # what could not be opened is tried again, and said
         self._wanted.set()
 
     def _on_step(self, event: Any) -> None:
@@ -132,6 +132,7 @@ class Page:
     def _on_photo(self, event: Any) -> None:
         file = event.target.value
         name = file.name.replace("\\", "/").rpartition("/")[2] or "photo"  # it may be any path
+        self.boxed.visible = False  # of the photo before
         self._ask_for(Photo(name, file.content))
 
     def _on_mask(self, event: Any) -> None:
