@@ -152,14 +152,13 @@ class RunFolder:
         content = {**record, "folder": os.getcwd()}
         write_atomic(self.path / "data.json", json.dumps(content, indent=2) + "\n")
 
-    def is_of_data(self, record: Mapping[str, Any]) -> bool:
+    def is_of_data(self, sources: Mapping[str, Any]) -> bool:
         """Return whether the run was trained on the files that the data is of now, if it is known.
 
         Args:
-            record: see `FfdDataModule.record`.
+            sources: see `FfdDataModule`.
         """
-        known = self.data.get("sources")
-        return known in (None, json.loads(json.dumps(record["sources"])))
+        return self.data.get("sources") in (None, json.loads(json.dumps(sources)))
 
     @property
     def progress(self) -> dict[str, Any]:

@@ -46,7 +46,8 @@ def load_network_weights(network: TemplateFfdNetwork, weights: str) -> None:
     if reason := load_weights(network, read_checkpoint(_network_file(weights))):
         raise ConfigError(
             f"network.weights={weights} is of another network ({reason}): encoder, heads and "
-            "network.* must be as they were"
+            "network.* must be as they were, and images from one side or from several, as they "
+            "were (embedded: data.render.random_views=8)"
         )
 
 

@@ -70,7 +70,8 @@ def explain(error: BaseException) -> str:
     if isinstance(error, OverrideParseException):
         line = error.override or ""
         key, equals, value = line.partition("=")
-        twice = f"""; quoted twice, any value is read: '{key}="{value}"'"""
+        items = f'["{value[1:-1]}"]' if value.startswith("[") else f'"{value}"'
+        twice = f"; quoted twice, any value is read: '{key}={items}'"
         twice *= bool(equals) and "'" not in value
         return (
             f"{message if line in message else f'{line}: {message}'}: write group=option or "

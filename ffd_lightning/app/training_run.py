@@ -96,6 +96,9 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         }
         if run.finished and run.status.get("evaluation") == asked:
             log.info("%s is finished already; restart=true would train it again", run.path)
+            with suppress(UserError, OSError):  # of data that is gone since
+                if not run.is_of_data(build_data(cfg).sources):
+                    log.warning("%s: its shapes have changed since it was trained", run.path)
             return dict(run.status["summary"])
         trained = run.finished  # and stays so, whatever becomes of an evaluation in another way
         if not trained:
@@ -241,7 +244,7 @@ def _checkpoint_step(run: RunFolder, data: FfdDataModule) -> int:
         problem = "is damaged"
     else:
         if bank.is_of(data.bank):
-            if not run.is_of_data(data.record()):
+            if not run.is_of_data(data.sources):
                 log.warning(
                     "%s: its shapes have changed since it was begun, in their files or in how "
                     "these are read. It goes on with what they are now; restart=true begins anew",

@@ -393,14 +393,19 @@ class FfdDataModule(LightningDataModule):
         pairs = zip(self.categories, ids, strict=True)
         return tuple(f"{name}/{shape_id}" for name, own in pairs for shape_id in own)
 
+    @property
+    def sources(self) -> dict[str, Any]:
+        """The fingerprint of each category's source."""
+        return {p.category: p.settings["source"] for p in self.preparations}
+
     def record(self) -> dict[str, Any]:
         """Return what there is to say of the data afterwards: plain values, after `setup`.
 
-        `sources` is the fingerprint of each category's source, `prepared` the name of its set,
-        `templates` are ids, `shapes` how many are in each subset, `variants` apart.
+        `prepared` is the name of each category's set, `templates` are ids, `shapes` how many are in
+        each subset, `variants` apart.
         """
         return {
-            "sources": {p.category: p.settings["source"] for p in self.preparations},
+            "sources": self.sources,
             "prepared": {p.category: p.target.name for p in self.preparations},
             "templates": list(self.bank.ids),
             "shapes": {

@@ -58,6 +58,18 @@ class Mesh:
             raise ValueError(f"expected vertices {self.vertices.shape}, got {vertices.shape}")
         return replace(self, vertices=vertices)
 
+    def moments(self) -> NDArray[np.float64]:
+        """Return area, centre and second moments of the surface, (13,).
+
+        They are the same of the same surface in any file, whatever the order of its vertices.
+        """
+        corners = self.vertices[self.faces]  # (F, 3, 3)
+        a, b, c = corners.swapaxes(0, 1)
+        areas, sums = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2, corners.sum(1)
+        second = np.einsum("f,fki,fkj->ij", areas, corners, corners)
+        second += np.einsum("f,fi,fj->ij", areas, sums, sums)
+        return np.concatenate([[areas.sum()], areas @ sums / 3, second.ravel() / 12])
+
     def without_textures(self) -> Mesh:
         """Return the same mesh with its plain colours alone."""
         return replace(self, textures=(), face_textures=None, face_uvs=None)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ffd_lightning import __version__
 from ffd_lightning.checkpoint import TrainedModel
 from ffd_lightning.data.categories import SYNSETS, name_of
-from ffd_lightning.data.preparation.overview import count_warnings, sheet_of
+from ffd_lightning.data.preparation.overview import count_warnings, sheet_of, some_reasons
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet, digest_of
 from ffd_lightning.data.reading.files import is_hidden
@@ -41,8 +41,6 @@ from ffd_lightning.terminal import counted
 
 AnyMesh = Mesh | trimesh.Trimesh | trimesh.Scene
 Places = str | Path | Sequence[str | Path]
-
-_NAMED = 5  # meshes that cannot be used, with the reason
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +157,7 @@ def of_meshes(
         else:
             usable[name] = mesh
     if not usable:
-        raise DataError(f"no usable template: {_some(rejected)}")
+        raise DataError(f"no usable template: {some_reasons(rejected)}")
     bank = TemplateBank.of_meshes(usable, points, model.bank.degrees, model.bank.max_edge)
     _warn_of_rejected(rejected)
     _warn_of_turn(model.bank, bank, up, yaw)
@@ -282,7 +280,10 @@ def _categories(folder: Path, of_model: Sequence[str]) -> list[Path]:
             folders = [p for p in inside if p.is_dir() and not is_hidden(p.name)]
             if others := [p.name for p in folders if p not in found]:
                 taken = ", ".join(p.name for p in found)
-                _warn(f"templates of {folder} are those of {taken}; left out: {', '.join(others)}")
+                _warn(
+                    f"templates of {folder} are those of {taken}; left out: {', '.join(others)} "
+                    f"('templates={folder}/**/*.*' takes all)"
+                )
             return found
     return [folder]
 
@@ -294,7 +295,7 @@ def _warn(text: str) -> None:
 def _warn_of_rejected(rejected: Mapping[str, str]) -> None:
     """Say which meshes cannot be used."""
     if rejected:
-        _warn(f"{counted(len(rejected), 'template')} cannot be used: {_some(rejected)}")
+        _warn(f"{counted(len(rejected), 'template')} cannot be used: {some_reasons(rejected)}")
 
 
 def _warn_of_turn(
@@ -308,9 +309,3 @@ def _warn_of_turn(
             f"the templates seem to stand wrongly: with up={better[0]} yaw={better[1]:g} they are "
             f"more like those of the network's training{seen}"
         )
-
-
-def _some(rejected: Mapping[str, str]) -> str:
-    """Return the first few meshes that cannot be used, and why."""
-    first = "; ".join(f"{name}: {why}" for name, why in list(rejected.items())[:_NAMED])
-    return first + ("; ..." if len(rejected) > _NAMED else "")

@@ -199,9 +199,9 @@ def test_other_templates(tmp_path):
     assert scored("train") == (set(test), everything - set(test))
     meshes.mkdir()
     for name, shape in (("a", test[0]), ("b", data.split.train[0])):
-        shutil.copy(root / f"{shape}.off", meshes / f"{name}.off")
+        trimesh.load(root / f"{shape}.off").export(meshes / f"{name}.stl")  # the same mesh
     assert scored(meshes) == (set(test[1:]), {"a", "b"})
-    assert scored(meshes / "b.off") == (set(test), {"b"})
+    assert scored(meshes / "b.stl") == (set(test), {"b"})
     assert scored(meshes, beside=True) == (set(test[1:]), {"a", "b", *data.bank.ids})
     with pytest.raises(ConfigError, match="own shapes, as they are"):
         scored("train", beside=True)

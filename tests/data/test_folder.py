@@ -28,10 +28,11 @@ def load(root, shape="m"):
 
 def test_shapes_are_folders_and_files_at_any_depth(root):
     found = ["UPPER.OBJ", "flat.obj", "in folder/a.obj", "nested/models/x.obj", "stühle 椅子/ü.obj"]
+    found += ["nested.obj", "st\udcfchle.obj"]  # a folder's name; bytes of an older system
     passed_over = ["textures/wood.png", ".hidden.obj", "__MACOSX/._flat.obj", "readme.txt"]
     write_folder(root, {f"chair/{name}": OBJ for name in found + passed_over})
     source = FolderSource(root)
-    ids = ["UPPER", "flat", "in folder", "nested", "stühle 椅子"]
+    ids = ["UPPER", "flat", "in folder", "nested", "nested.obj", r"st\udcfchle", "stühle 椅子"]
     assert source.shape_ids("chair") == ids
     for shape_id in ids:
         assert area(pickle.loads(pickle.dumps(source)).load("chair", shape_id).mesh) == 0.5

@@ -29,6 +29,7 @@ log = logging.getLogger(__name__)
 
 _FILES = ("run", "checkpoint", "prepared", "data_root", "templates")
 _DIGITS = 8  # of digests in names
+_SAME = 1e-4  # files round coordinates
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -113,7 +114,7 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     opened = open_run(run, cfg.data_root, checkpoint, prepare=True)
     subject = evaluated(cfg, opened.network, opened.data, opened.step)
     subset: str = cfg.evaluation.subset
-    if not run.is_of_data(opened.data.record()):
+    if not run.is_of_data(opened.data.sources):
         log.warning(
             "shapes of %s have changed since it was trained, in their files or in how these are "
             "read: the scores are kept beside those of its own",
@@ -190,9 +191,11 @@ def _without(shapes: Subset, meshes: Iterable[Mesh]) -> Subset:
     Raises:
         ConfigError: none is left.
     """
-    known = {mesh.vertices.tobytes() for mesh in meshes}
+    from scipy.spatial import cKDTree
+
+    known = cKDTree([mesh.moments() for mesh in meshes])
     prepared, rows = shapes
-    new = [prepared.mesh(int(row)).vertices.tobytes() not in known for row in rows]
+    new = [known.query(prepared.mesh(int(row)).moments())[0] > _SAME for row in rows]
     if not any(new):
         raise ConfigError("all shapes to test on are among the templates")
     return shapes._replace(rows=rows[new])

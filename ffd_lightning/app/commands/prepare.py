@@ -29,6 +29,7 @@ def prepare(cfg: PrepareCommandConfig) -> None:
     """Prepare a category, or several; with `cfg.trial`, print what is to be known before."""
     from ffd_lightning.app.build import build_preparations
     from ffd_lightning.app.checks import validate
+    from ffd_lightning.data.preparation.overview import describe
     from ffd_lightning.data.templates.distances import outlier_note, outlier_rows
     from ffd_lightning.data.twins import twin_note, twins
 
@@ -42,7 +43,10 @@ def prepare(cfg: PrepareCommandConfig) -> None:
             for line in _tried(preparation, cfg):
                 print(f"{preparation.category}: {line}")
             continue
+        known = preparation.target.exists()
         prepared = preparation.run()
+        if known:  # else the preparation has said it
+            print(*describe(prepared), sep="\n", file=sys.stderr)
         published = preparation.source.split(preparation.category)
         notes = (
             outlier_note(prepared, outlier_rows(prepared)),
@@ -55,15 +59,16 @@ def prepare(cfg: PrepareCommandConfig) -> None:
 def _tried(preparation: Preparation, cfg: PrepareCommandConfig) -> Iterator[str]:
     """Yield what is to be known of a category; a few shapes are prepared in a temporary folder."""
     from ffd_lightning.data.categories import paper_templates
-    from ffd_lightning.data.preparation.overview import count_warnings, write_sheet
+    from ffd_lightning.data.preparation.overview import count_warnings, describe, write_sheet
+    from ffd_lightning.data.preparation.prepared import PreparedSet
     from ffd_lightning.data.splits import AutoSplit, SplitInput, make_split
 
     source, category, ids = preparation.source, preparation.category, preparation.shape_ids
     rejected = source.rejected(category)
     usable = [i for i in ids if i not in rejected]
     unusable = {i: rejected[i] for i in ids if i in rejected}
-    each = preparation.num_variants
-    made = f", {each} deformed variants of each to train on" if each else ""
+    count = len(preparation.origins)
+    made = f", {counted(count, 'deformed variant')} to train on" if count else ""
     yield f"{counted(len(ids), 'shape')}{made}, {_listed(unusable, 'cannot be used')}"
     if not usable:
         return
@@ -82,7 +87,7 @@ def _tried(preparation: Preparation, cfg: PrepareCommandConfig) -> Iterator[str]
             f"used, others take their places: {', '.join(absent)}"
         )
     if preparation.target.exists():
-        yield f"prepared already: {preparation.target}"
+        yield from describe(PreparedSet.open(preparation.target))
         return
     with tempfile.TemporaryDirectory() as folder:
         limit = min(_TRIED, preparation.limit or _TRIED)

@@ -19,6 +19,15 @@ def is_hidden(name: str) -> bool:
     return name.startswith(".") or name == "__MACOSX"
 
 
+def printable(name: str) -> str:
+    r"""Return a file's name as text that can be written anywhere: a name may be any bytes.
+
+    >>> print(printable("st\udcfchl\n"))
+    st\udcfchl\n
+    """
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in name)
+
+
 def files_below(top: Path) -> dict[PurePath, os.stat_result]:
     """Return size, time and so on of all files in a folder, by their paths below it, sorted.
 

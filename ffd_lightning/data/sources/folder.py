@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ffd_lightning.data.categories import SYNSETS, name_of
-from ffd_lightning.data.reading.files import digest_of_files, files_below, is_hidden
+from ffd_lightning.data.reading.files import digest_of_files, files_below, is_hidden, printable
 from ffd_lightning.data.reading.materials import shown_on_white
 from ffd_lightning.data.reading.mesh_file import EXTENSIONS, FOREIGN, matters, read_mesh, unread
 from ffd_lightning.data.reading.orientation import (
@@ -187,7 +187,12 @@ class MeshFiles(FolderSource):
             for name, file in sorted(known)
         ]
         turned = self.usual._asdict()
-        return {"source": "mesh_files", "loader": 5, "sha256": digest_of_files(facts), **turned}
+        return {
+            "source": "mesh_files",
+            "loader": _LOADER_VERSION,
+            "sha256": digest_of_files(facts),
+            **turned,
+        }
 
     def _of(self, category: str) -> _Category:
         return self._found
@@ -203,7 +208,7 @@ def name_files(files: Iterable[Path]) -> dict[str, Path]:
     stems = Counter(path.stem for path in paths)
     top = os.path.commonpath([path.parent for path in paths]) if paths else ""
     return {
-        path.stem if stems[path.stem] == 1 else path.relative_to(top).as_posix(): path
+        printable(path.stem if stems[path.stem] == 1 else path.relative_to(top).as_posix()): path
         for path in paths
     }
 
@@ -223,14 +228,15 @@ def _find_shapes(folder: Path) -> _Files:
     for entry, files in _entries(folder):
         meshes = [file for file in files if file.suffix.lower() in EXTENSIONS]
         if meshes and entry not in files:
-            shapes[entry.name] = _preferred(meshes, entry.name), list(files)
+            shapes[printable(entry.name)] = _preferred(meshes, entry.name), list(files)
             continue
         shared += files
-        name = entry.stem if entry in files else entry.name
+        name = printable(entry.stem if entry in files else entry.name)
         if meshes := meshes or [file for file in files if file.suffix.lower() in FOREIGN]:
             single.setdefault(name, []).extend(meshes)
     for name, meshes in single.items():
-        shapes.setdefault(name, (_preferred(meshes, name), shared))
+        mesh = _preferred(meshes, name)  # by its whole name where a folder has the short one
+        shapes[mesh.name if name in shapes else name] = mesh, shared
     return shapes
 
 
