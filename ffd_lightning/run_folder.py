@@ -75,7 +75,7 @@ class RunFolder:
         """What `config.yaml` says: groups are dictionaries in it.
 
         Raises:
-            ConfigError: there is no such file, or it is damaged.
+            ConfigError: there is no such file, or it is damaged, or not of a run.
         """
         try:
             content = yaml.safe_load(self.config.read_text(encoding="utf-8"))
@@ -84,8 +84,12 @@ class RunFolder:
         except (OSError, ValueError, yaml.YAMLError) as error:
             reason = " ".join(str(error).split())
             raise ConfigError(f"{self.config} is damaged: {reason}") from None
-        if not isinstance(content, dict):
-            raise ConfigError(f"{self.config} is damaged: it holds no settings")
+        try:
+            float(content["templates"]["count"]), content["category"]["name"]
+            float(content["seed"]), content["regime"]["name"]
+        except (TypeError, KeyError, ValueError):
+            named = "category, regime, templates and seed of a run"
+            raise ConfigError(f"{self.config} does not name {named}") from None
         if isinstance(content.get("data"), dict):
             content["data"].setdefault("variants", 0)  # of runs from before there were any
         return content

@@ -101,7 +101,10 @@ def _label(
 
 
 def cumulative_curves(
-    samples: pd.DataFrame, protocol: ProtocolDescription, measure: str = "chamfer"
+    samples: pd.DataFrame,
+    protocol: ProtocolDescription,
+    measure: str = "chamfer",
+    among: pd.DataFrame | None = None,
 ) -> Figure:
     """Draw the share of test samples that are better than a score, as the paper's figures 5 and 6.
 
@@ -113,6 +116,7 @@ def cumulative_curves(
         samples: of `Results`.
         protocol: that they were measured under.
         measure: of the protocol.
+        among: samples of several figures: a setting has one name and colour in all.
 
     Raises:
         ConfigError, DataError: the protocol, or the samples, lack the measure.
@@ -124,6 +128,10 @@ def cumulative_curves(
             "under a protocol that measures it (ffd evaluate run=DIR protocol=NAME)"
         )
     runs, colors = setting_labels(samples)
+    if among is not None:
+        every, colors = setting_labels(among)
+        runs["label"] = every["label"].reindex(runs.index)
+        colors = {name: colors[name] for name in dict.fromkeys(runs["label"])}
     categories = runs["category"].unique()
     title = f"Cumulative {metric.title} of the test images"
     with _styled(len(categories), _WIDTH, 2.7, title) as (figure, panels):

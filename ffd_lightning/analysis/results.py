@@ -302,9 +302,15 @@ def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
     return replace(found, name=name, settings=json.dumps(how, sort_keys=True) if how else "")
 
 
-def evaluate_command(run: object, name: str) -> str:
-    """Return the command that makes a run's results of this name, without further settings."""
-    return f"ffd evaluate run={run} protocol={re.split('[-/]', name)[0]}"
+def evaluate_command(run: RunFolder, name: str) -> str:
+    """Return the command that makes a run's results of this name, if its training made them."""
+    protocol = re.split("[-/]", name)[0]
+    words = [f"ffd evaluate run={run.path}", f"protocol={protocol}"]
+    if name == own_protocol(run) != protocol:
+        own = {f"protocol.{k}": x for k, x in run.settings["protocol"].items() if k != "name"}
+        how = {f"evaluation.{k}": run.settings["evaluation"][k] for k in ("subset", *_HOW[2:])}
+        words += [f"{key}={setting_text(value)}" for key, value in (own | how).items()]
+    return " ".join(words)
 
 
 def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:
@@ -324,7 +330,7 @@ def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:
     except (OSError, ValueError, KeyError) as error:
         raise DataError(
             f"{file} is damaged ({' '.join(str(error).split())}): "
-            f"{evaluate_command(run.path, protocol.name)} restart=true"
+            f"{evaluate_command(run, protocol.name)} restart=true"
         ) from None
 
 
@@ -338,15 +344,11 @@ def _read_settings(
     for run in runs:
         name = relpath(run.path, folder)
         try:
-            row = pd.json_normalize(run.settings)
-            keys = row.reindex(columns=list(_KEYS.values()))
-            if not keys.notna().all(axis=None) or isinstance(keys["templates.count"][0], str):
-                raise ConfigError("config.yaml names no category, regime, templates or seed")
+            rows[name] = pd.json_normalize(run.settings)
         except ConfigError as error:
             damaged.append({"run": name, "state": "damaged", "reason": str(error)})
             continue
         known[name] = run
-        rows[name] = row
     if not known:
         why = "".join(f" ({row['run']}: {row['reason']})" for row in damaged[:1])
         raise DataError(
@@ -364,7 +366,7 @@ def _check_scores(
     protocol: ProtocolDescription,
 ) -> None:
     """Raise a DataError that says why a run has no scores, if it has none."""
-    again = evaluate_command(run.path, protocol.name)
+    again = evaluate_command(run, protocol.name)
     if state != "finished":
         # Samples may be there from before: they would not be of the run as it is now.
         on = "it is at work" if state == "running" else "its command, given again, resumes it"

@@ -9,7 +9,7 @@ import pandas as pd
 from rich.table import Table
 from rich.text import Text
 
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.run_folder import RunFolder, find_runs
 from ffd_lightning.terminal import duration
 
@@ -20,13 +20,19 @@ def run_status(run: RunFolder) -> dict[str, object]:
     """Return what a run is doing.
 
     Returns:
-        `run`, `state`: finished, failed, running, or interrupted (begun, but no process has it);
+        `run`, `state`: finished, failed, running, interrupted (begun, but no process has it), or
+        damaged (its `config.yaml` is not a run's);
         `share` of the phase that is done (0 to 1, None where unknown), `phase` (training,
         evaluating), `seconds_left` of it (None where unknown) and `reason` of a failure.
     """
     status, progress = run.status, run.progress
-    state = str(status.get("state", "interrupted"))
+    state, reason = str(status.get("state", "interrupted")), str(status.get("reason", ""))
     state = "running" if run.at_work else "interrupted" if state == "running" else state
+    if not status:
+        try:
+            _ = run.settings  # of a run, or of somebody else
+        except ConfigError as error:
+            state, reason = "damaged", str(error)
     share = 1.0 if state == "finished" else None
     if state != "finished":
         done, total = progress.get("done", 0), progress.get("total")
@@ -41,7 +47,7 @@ def run_status(run: RunFolder) -> dict[str, object]:
         "phase": "" if state == "finished" else progress.get("phase", ""),
         "share": share,
         "seconds_left": progress.get("seconds_left") if state == "running" else None,
-        "reason": str(status.get("reason", "")) if state == "failed" else "",
+        "reason": reason if state in ("failed", "damaged") else "",
     }
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from filelock import FileLock
 
 from ffd_lightning import components
 from ffd_lightning.app.studies import Search, merged, value_of
@@ -50,12 +51,13 @@ def run_search(
     maximize = measures[search.measure].higher_is_better
     deciding = sorted(x for x in overrides if _decides(x.lstrip("+~").partition("=")[0]))
     settings = [deciding, search.measure, asdict(search)["parameters"]]
-    study = optuna.create_study(
-        study_name=f"search-{digest_of(settings)[:_DIGITS]}",
-        storage=f"sqlite:///{folder.absolute() / 'search.db'}",
-        direction="maximize" if maximize else "minimize",
-        load_if_exists=True,
-    )
+    with FileLock(folder / ".search.lock"):  # two searches at once would both make the tables
+        study = optuna.create_study(
+            study_name=f"search-{digest_of(settings)[:_DIGITS]}",
+            storage=f"sqlite:///{folder.absolute() / 'search.db'}",
+            direction="maximize" if maximize else "minimize",
+            load_if_exists=True,
+        )
     code = 0
     for number, chosen in _trials(study, search, trials):
         place = f"{study.study_name}/trial-{number:03d}"

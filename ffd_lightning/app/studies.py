@@ -6,10 +6,12 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import yaml
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import OverrideParseException
+from omegaconf import OmegaConf
 
 from ffd_lightning import components
 from ffd_lightning.app.config import Data, TrainConfig
@@ -96,7 +98,9 @@ def load_study(file: Path) -> Study:
         names = ", ".join(sorted(p.stem for p in file.parent.glob("*.yaml")))
         raise ConfigError(f"there is no study {file}; beside it: {names or 'none'}")
     try:
-        content = yaml.safe_load(file.read_text(encoding="utf-8"))
+        text = file.read_text(encoding="utf-8")
+        # As Hydra reads numbers: to YAML itself 1e-5 is a word.
+        content: Any = OmegaConf.to_container(OmegaConf.create(text))
         if not isinstance(content, dict):
             raise ValueError("it must hold settings by name")
         study: Study = components.build(Study, content, "")

@@ -80,7 +80,7 @@ def test_a_training_ends_with_scores_and_reasons_under_its_protocol(tmp_path):
     damaged.config.write_text("")
     text = " ".join(printed(*summary_tables([run, failed, damaged])).split())
     assert "protocol own: table, T = 4, seed 0, 2 test shapes" in text
-    words = ("warmth ↑", "0.7", "central training shape", "the disk is full", "holds no settings")
+    words = ("warmth ↑", "0.7", "central training shape", "the disk is full", "does not name")
     assert all(word in text for word in words)
     assert "holds no run that can be read" in printed(*summary_tables([damaged]))
 

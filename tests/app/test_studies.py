@@ -136,7 +136,8 @@ def test_the_users_overrides_win_over_quick_over_the_stages_over_the_studys(tmp_
             r"search\.parameters\.min_weight\.low=0 must be above 0 and below high=1",
         ),
         ("question: Why?\nstages: [{overrides: [regime=b,e]}]", "e is not key=value"),
-        ("", "it must hold settings by name"),
+        ("", r"must be given: question"),
+        ("[a]", "it must hold settings by name"),
     ],
 )
 def test_what_is_no_study(tmp_path, text, message):
@@ -213,10 +214,12 @@ SEARCH = Search({"schedule.learning_rate": Bounds(1e-4, 1e-1, True)}, measure="c
 
 def test_both_ends_of_a_search_are_checked_before_its_first_trial(trained, tmp_path):
     file = tmp_path / "far.yaml"
-    high = "{regime.min_weight: {low: 0.1, high: 5}}"
+    high = "{regime.min_weight: {low: 1e-3, high: 5}}"
     file.write_text(f"question: Why?\noverrides: [regime=r]\nsearch: {{parameters: {high}}}")
     with pytest.raises(ConfigError, match=r"min_weight=5\.0 must"):
         run_study(request_of(tmp_path, str(file)))
+    with pytest.raises(ConfigError, match=r"regime\.min_weight: the study searches it"):
+        run_study(request_of(tmp_path, str(file), "regime.min_weight=0.3"))
     assert not trained
 
 

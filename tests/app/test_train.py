@@ -14,8 +14,9 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 from torch.utils._python_dispatch import TorchDispatchMode
 
-from ffd_lightning.analysis.results import Results
+from ffd_lightning.analysis.results import Results, evaluate_command, own_protocol
 from ffd_lightning.analysis.tables import summary_tables
+from ffd_lightning.app.commands.evaluate import read_config
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.sweep_end import SweepEnd
 from ffd_lightning.app.training_run import train
@@ -62,6 +63,8 @@ def test_a_run_leaves_everything_that_is_read_later(finished):
     (row,) = Results.read(run.path).scored.to_dict("records")
     assert (row["category"], row["regime"], row["templates"]) == ("table", "b", 2)
     assert row["chamfer"] == pytest.approx(summary["chamfer"])
+    again = evaluate_command(run, own_protocol(run)).removeprefix("ffd evaluate ").split()
+    assert read_config(again).protocol.settings["points"] == 64
 
 
 def test_a_ranking_may_count_every_image_that_was_trained_on(tiny_config, tmp_path):

@@ -138,10 +138,10 @@ def collect(
             drawn = rng.choice(len(test), min(number, len(test)), replace=False)
             queries = [(test[k], 0) for k in sorted(drawn)]
         elif samples is None or described is None:
+            way = evaluate_command(run, name) if run.finished else "let its training end"
             raise DataError(
                 f"{run.path} has not been evaluated under protocol {name}, so there are no scores "
-                f"to choose by: {evaluate_command(run.path, name)}, or choose with "
-                "pick=random or models=[ID,ID]"
+                f"to choose by: {way}, or choose with pick=random or models=[ID,ID]"
             )
         else:
             order = in_order(samples.assign(run=""), described.main_metric).index.tolist()

@@ -196,7 +196,7 @@ def _curves(results: Results) -> Markup:
             figure = plots.template_count_curves(results.scored, protocol, metric.name)
             found.append((figure, f"{metric.title} against T."))
         for category, samples in results.samples.groupby("category", sort=False):
-            figure = plots.cumulative_curves(samples, protocol, metric.name)
+            figure = plots.cumulative_curves(samples, protocol, metric.name, results.samples)
             caption = f"{metric.title} of the selected template on category {category}: "
             caption += "deformed (solid) and as it is (dotted). Further up is better."
             found.append((figure, caption))

@@ -101,6 +101,10 @@ def run_study(request: Request) -> int:
     stages = sweeps(study, name, request.quick, overrides)
     tried = study.search.ends if study.search else [[]]
     checked = [[*stage, *values] for stage in stages for values in tried]
+    if study.search:
+        given = {x.partition("=")[0].lstrip("+~") for x in request.overrides}
+        if taken := [key for key in study.search.parameters if key.lstrip("+") in given]:
+            raise ConfigError(f"{', '.join(taken)}: the study searches it, leave it out")
     first, problems = check_study(checked, request.config_dir)
     folder = Path(first.paths.runs) / first.name
     print(f"{study.question}\n\n{folder}\n", flush=True)
