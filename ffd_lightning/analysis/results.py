@@ -366,14 +366,15 @@ def _check_scores(
     protocol: ProtocolDescription,
 ) -> None:
     """Raise a DataError that says why a run has no scores, if it has none."""
-    again = evaluate_command(run, protocol.name)
     if state != "finished":
         # Samples may be there from before: they would not be of the run as it is now.
         on = "it is at work" if state == "running" else "its command, given again, resumes it"
         raise DataError(f"it was begun and is not finished: {on}")
     if described is None:
+        again = evaluate_command(run, protocol.name)
         raise DataError(f"it has no results of protocol {protocol.name}: {again}")
     if described != protocol:
+        again = evaluate_command(run, protocol.name)
         raise DataError(f"evaluated under another protocol of this name: {again} restart=true")
 
 

@@ -13,7 +13,7 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.run_folder import RunFolder, find_runs
 from ffd_lightning.terminal import duration
 
-_COLORS = {"finished": "green", "running": "cyan", "failed": "red", "interrupted": "yellow"}
+_COLORS = {"finished": "green", "running": "cyan", "failed": "red", "damaged": "red"}
 
 
 def run_status(run: RunFolder) -> dict[str, object]:
@@ -68,7 +68,7 @@ def printed(rows: pd.DataFrame, folder: Path) -> Table:
     table.add_column("time left", justify="right")
     table.add_column("reason")
     for row in rows.to_dict("records"):
-        color = _COLORS.get(row["state"], "white")
+        color = _COLORS.get(row["state"], "yellow")
         table.add_row(
             Text(str(Path(row["run"]).relative_to(folder))),  # as it is: "[...]" is markup else
             Text(row["state"], color),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Callable
 
@@ -70,8 +71,9 @@ def explain(error: BaseException) -> str:
     if isinstance(error, OverrideParseException):
         line = error.override or ""
         key, equals, value = line.partition("=")
-        items = f'["{value[1:-1]}"]' if value.startswith("[") else f'"{value}"'
-        twice = f"; quoted twice, any value is read: '{key}={items}'"
+        item = r"[^\[\], ][^\[\],]*" if value.startswith("[") else r".+"
+        quoted = re.sub(item, r'"\g<0>"', value)
+        twice = f"; quoted twice, any value is read: '{key}={quoted}'"
         twice *= bool(equals) and "'" not in value
         return (
             f"{message if line in message else f'{line}: {message}'}: write group=option or "

@@ -39,12 +39,10 @@ class ShapeDistances:
 
     Attributes:
         rows: the n shapes that were looked at, by row of the set, ascending.
-        points: their clouds, (n, `POINTS`, 3).
         table: mean Chamfer distance of each pair, (n, n), 0 on the diagonal.
     """
 
     rows: Int[np.ndarray, " n"]
-    points: Float[torch.Tensor, "n points 3"]
     table: Float[np.ndarray, "n n"]
 
     def outliers(self) -> tuple[Bool[np.ndarray, " n"], Float[np.ndarray, " n"]]:
@@ -82,16 +80,15 @@ def shape_distances(prepared: PreparedSet, at_least: int = 0) -> ShapeDistances:
     """
     if prepared.taken is not None and len(prepared.whole) <= CANDIDATES:
         found, own = shape_distances(prepared.whole), list(prepared.taken)
-        return ShapeDistances(np.arange(len(own)), found.points[own], found.table[np.ix_(own, own)])
+        return ShapeDistances(np.arange(len(own)), found.table[np.ix_(own, own)])
     size = min(len(prepared), max(CANDIDATES, at_least))
     kept = prepared.measured(f"distances-{size}", lambda: _measure(prepared, size))
-    return ShapeDistances(kept["rows"], torch.from_numpy(kept["points"]), kept["table"])
+    return ShapeDistances(kept["rows"], kept["table"])
 
 
 def _measure(prepared: PreparedSet, size: int) -> dict[str, Any]:
     rows = spread_rows(len(prepared), size)
-    points = np.stack([prepared.cloud(int(row), POINTS) for row in rows])
-    clouds = torch.from_numpy(points)
+    clouds = torch.from_numpy(np.stack([prepared.cloud(int(row), POINTS) for row in rows]))
     table = np.zeros((size, size), np.float32)
     label = f"{prepared.category(0)}: distances"
     with CountProgress(label, size, 0, size >= _WORTH_A_BAR) as bar:
@@ -99,7 +96,7 @@ def _measure(prepared: PreparedSet, size: int) -> dict[str, Any]:
             if k + 1 < size:
                 table[k, k + 1 :] = chamfer_distance(clouds[k], clouds[k + 1 :], "mean").numpy()
             bar.advance()
-    return {"rows": rows, "points": points, "table": table + table.T}
+    return {"rows": rows, "table": table + table.T}
 
 
 def greedy_medoids(found: ShapeDistances, count: int) -> list[int]:
