@@ -160,7 +160,7 @@ class RunFolder:
         """Return whether the run was trained on the files that the data is of now, if it is known.
 
         Args:
-            sources: see `FfdDataModule`.
+            sources: of `FfdDataModule`.
         """
         return self.data.get("sources") in (None, json.loads(json.dumps(sources)))
 

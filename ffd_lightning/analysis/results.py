@@ -308,7 +308,8 @@ def evaluate_command(run: RunFolder, name: str) -> str:
     words = [f"ffd evaluate run={run.path}", f"protocol={protocol}"]
     if name == own_protocol(run) != protocol:
         own = {f"protocol.{k}": x for k, x in run.settings["protocol"].items() if k != "name"}
-        how = {f"evaluation.{k}": run.settings["evaluation"][k] for k in ("subset", *_HOW[2:])}
+        names = ("subset", "all_views", "seed")
+        how = {f"evaluation.{k}": run.settings["evaluation"][k] for k in names}
         words += [f"{key}={setting_text(value)}" for key, value in (own | how).items()]
     return " ".join(words)
 
@@ -370,11 +371,10 @@ def _check_scores(
         # Samples may be there from before: they would not be of the run as it is now.
         on = "it is at work" if state == "running" else "its command, given again, resumes it"
         raise DataError(f"it was begun and is not finished: {on}")
-    if described is None:
-        again = evaluate_command(run, protocol.name)
-        raise DataError(f"it has no results of protocol {protocol.name}: {again}")
     if described != protocol:
         again = evaluate_command(run, protocol.name)
+        if described is None:
+            raise DataError(f"it has no results of protocol {protocol.name}: {again}")
         raise DataError(f"evaluated under another protocol of this name: {again} restart=true")
 
 

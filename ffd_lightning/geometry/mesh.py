@@ -59,9 +59,14 @@ class Mesh:
         return replace(self, vertices=vertices)
 
     def moments(self) -> NDArray[np.float64]:
-        """Return area, centre and second moments of the surface, (13,).
+        r"""Return the surface's moments of order 0 (its area), 1 and 2, (13,), about the origin.
 
-        They are the same of the same surface in any file, whatever the order of its vertices.
+        Those of order 2 are a sum over triangles of area A and corners v_i, row by row:
+
+        $$ \int x x^T dA = \sum \frac{A}{12} \Big(\sum_i v_i v_i^T
+                  + \big(\sum_i v_i\big) \big(\sum_i v_i\big)^T\Big) $$
+
+        They are the same of one surface in any file, whatever the order of its vertices.
         """
         corners = self.vertices[self.faces]  # (F, 3, 3)
         a, b, c = corners.swapaxes(0, 1)

@@ -29,7 +29,7 @@ log = logging.getLogger(__name__)
 
 _FILES = ("run", "checkpoint", "prepared", "data_root", "templates")
 _DIGITS = 8  # of digests in names
-_SAME = 1e-4  # by which moments of one mesh differ in two files: these round coordinates
+_SAME = 1e-4  # by which moments of one mesh may differ: files round coordinates
 
 
 def main(arguments: Sequence[str]) -> int:

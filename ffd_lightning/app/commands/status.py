@@ -2,8 +2,9 @@
 
     ffd status runs/demo
 
-A run is finished, failed, running, damaged, or interrupted: begun, but no process has it. The same
-command that began it resumes it. The exit code is 1 if a run has failed.
+A run is finished, failed, running, damaged (its config.yaml is not a run's), or interrupted: begun,
+but no process has it. The same command that began it resumes it. The exit code is 1 if a run has
+failed.
 """
 
 from __future__ import annotations
