@@ -1,6 +1,6 @@
 import itertools
 import pickle
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from types import SimpleNamespace
 from unittest.mock import NonCallableMock
 
@@ -10,21 +10,13 @@ import torch
 from box_source import RENDER, BoxSource, box_module, boxes_of
 from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import LambdaCallback, ModelCheckpoint
-from torch.optim.lr_scheduler import CosineAnnealingLR
+from torch.utils._pytree import tree_leaves
 
-from ffd_lightning.components import Component
+from ffd_lightning.app.build import build_data, build_module, build_network
 from ffd_lightning.data.batches import BatchIndices, ShapeStore
-from ffd_lightning.data.datamodule import EvaluationIndices, FfdDataModule, TrainingIndices
-from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.sources.procedural import ProceduralSource
+from ffd_lightning.data.datamodule import EvaluationIndices, TrainingIndices
 from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.losses.objective import Objective, WeightedTerm
-from ffd_lightning.losses.terms import Chamfer
-from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
-from ffd_lightning.nn.network import TemplateFfdNetwork
-from ffd_lightning.training.module import FfdModule
 
 BATCH, POINTS, STEPS = 4, 32, 6
 
@@ -38,19 +30,17 @@ SETTINGS = {
 }
 
 
-def table_module(root, **settings):
-    """Tables, on the prepared set that is there already."""
-    render = RenderSettings(height=48, width=64, samples=1)
-    made_by = Preparation(ProceduralSource(24), "table", 256, render, root, progress=False)
-    module = FfdDataModule(made_by, **(SETTINGS | settings))
-    module.setup()
-    return module
+@pytest.fixture(scope="module")
+def table_config(prepared, tiny_config):
+    """Return a function from overrides to a configuration of tables."""
+    split = ("split.train_fraction=0.7", "split.val_fraction=0.2")
+    return lambda *overrides: tiny_config(*split, *overrides)
 
 
 @pytest.fixture(scope="module")
-def tables(prepared, data_root):
-    module = table_module(data_root)
-    assert module.prepared.path == prepared.path
+def tables(table_config):
+    module = build_data(table_config())
+    module.setup()
     return module
 
 
@@ -73,53 +63,24 @@ def drawn_from(kind, module, ids, batch_size=BATCH, seed=0):
     return kind(rows, module.prepared, templates, batch_size, POINTS, seed)
 
 
-class Steps:
-    """The batches of a training, by number."""
-
-    def __init__(self, module, seed=0):
-        self.store, ids = module.store, module.split.train
-        self.indices = drawn_from(TrainingIndices, module, ids, seed=seed)
-
-    def __getitem__(self, step):
-        return self.store.batch(self.indices[step])
+def steps_of(module, seed=0):
+    """Return the indices of a training's batches, by number."""
+    return drawn_from(TrainingIndices, module, module.split.train, seed=seed)
 
 
-def tensors(batch):
-    cameras = {} if batch.cameras is None else {"cameras": batch.cameras}
-    return cameras | {
-        "rows": batch.rows,
-        "images": batch.images,
-        "target_points": batch.target_points,
-        "deformation_matrix": batch.templates.deformation_matrix,
-        "control_points": batch.templates.control_points,
-    }
-
-
-@contextmanager
-def trained(module, device="cpu", **settings):
-    """Give a module a trainer of so many steps."""
-    given = {
-        "fit_loop": Trainer(accelerator="cpu", logger=False).fit_loop,
-        "lightning_module": SimpleNamespace(automatic_optimization=True),
-        "global_rank": 0,
-        "world_size": 1,
-        "max_steps": STEPS,
-        "num_training_batches": STEPS,
-        "max_epochs": -1,
-        "accumulate_grad_batches": 1,
-        **settings,
-    }
-    strategy = SimpleNamespace(root_device=torch.device(device))
-    module.trainer = NonCallableMock(Trainer, strategy=strategy, **given)
-    try:
-        yield
-    finally:
-        module.trainer = None
+def trainer(rank=0, devices=1, **settings):
+    """Return what a data module asks of a trainer of so many steps."""
+    strategy = SimpleNamespace(root_device=torch.device("cpu"))
+    share = {"strategy": strategy, "global_rank": rank, "world_size": devices}
+    usual = {"max_steps": STEPS, "max_epochs": -1, "accumulate_grad_batches": 1}
+    return NonCallableMock(Trainer, **share, **usual | settings)
 
 
 def equal(a, b):
-    pairs = zip(tensors(a).values(), tensors(b).values(), strict=True)
-    return all(torch.equal(x, y) for x, y in pairs)
+    """Return whether batches show the same, whether or not masks are kept of it."""
+    leaves = (tree_leaves(batch._replace(mask=None, seed=None)) for batch in (a, b))
+    pairs = zip(*leaves, strict=True)
+    return all(torch.equal(x, y) if isinstance(x, torch.Tensor) else x == y for x, y in pairs)
 
 
 def seen(module, batches):
@@ -127,9 +88,9 @@ def seen(module, batches):
 
 
 def test_a_step_holds_what_the_prepared_set_holds_from_views_that_vary(boxes):
-    steps, views = Steps(boxes), set()
+    steps, views = steps_of(boxes), set()
     for k in range(40):
-        batch, drawn_views = steps[k], steps.indices[k].views.tolist()
+        batch, drawn_views = boxes.store.batch(steps[k]), steps[k].views.tolist()
         for row, view, image, points in zip(
             batch.rows.tolist(), drawn_views, batch.images, batch.target_points, strict=True
         ):
@@ -145,14 +106,11 @@ def test_a_step_holds_what_the_prepared_set_holds_from_views_that_vary(boxes):
 
 
 def test_every_shape_is_seen_once_in_each_pass(boxes):
-    rows, indices = boxes.rows(boxes.split.train).tolist(), Steps(boxes).indices
+    rows, indices = boxes.rows(boxes.split.train).tolist(), steps_of(boxes)
     assert len(rows) % BATCH, "passes begin within batches"
     passes = torch.cat([indices[k].rows for k in range(len(rows))]).reshape(BATCH, -1).tolist()
     assert [sorted(p) for p in passes] == [rows] * BATCH
     assert len({tuple(p) for p in passes}) > 1, "in other orders"
-
-
-# --- evaluation chunks --------------------------------------------------------------------------
 
 
 def test_points_depend_on_the_shape_alone(tables):
@@ -183,26 +141,17 @@ def test_subsets_show_the_first_view_as_it_is(boxes, dark_boxes, subset):
 
 
 @pytest.mark.parametrize("subset", ["val", "test"])
-def test_devices_share_out_what_is_scored(tables, subset):
-    whole = scored(tables, subset)
-    shares = [scored(tables, subset, global_rank=k, world_size=2) for k in range(2)]
+def test_devices_share_out_what_is_scored(tables, monkeypatch, subset):
+    def scored(*share):
+        monkeypatch.setattr(tables, "trainer", trainer(*share))
+        found = list(getattr(tables, f"{subset}_dataloader")())
+        rows = torch.cat([batch.rows for batch in found]).tolist()
+        return dict(zip(rows, torch.cat([batch.target_points for batch in found]), strict=True))
+
+    whole, *shares = scored(), scored(0, 2), scored(1, 2)
     assert not shares[0].keys() & shares[1].keys()
     assert whole.keys() == shares[0].keys() | shares[1].keys()
     assert all(torch.equal(whole[row], own[row]) for own in shares for row in own)
-
-
-def scored(module, subset, **settings):
-    """Return the points of each row that is scored."""
-    with trained(module, **settings):
-        found = list(getattr(module, f"{subset}_dataloader")())
-    return {
-        row: points
-        for batch in found
-        for row, points in zip(batch.rows.tolist(), batch.target_points, strict=True)
-    }
-
-
-# --- augmentation -------------------------------------------------------------------------------
 
 
 def darkened(images):
@@ -234,14 +183,10 @@ def test_training_images_are_changed_with_their_masks(boxes, dark_boxes):
 
 
 def test_what_is_drawn_of_images_follows_from_seed_and_step(dark_boxes):
-    steps = [Steps(dark_boxes)[k] for k in range(6)]
-    torch.manual_seed(0)
-    forth = seen(dark_boxes, steps)
     before = torch.get_rng_state()
-    back = seen(dark_boxes, reversed(steps))[::-1]
-    assert all(equal(a, b) for a, b in zip(forth, back, strict=True))
+    seen(dark_boxes, [steps_of(dark_boxes)[0]])
     assert torch.equal(torch.get_rng_state(), before), "nothing is drawn from others' numbers"
-    seeds = [Steps(dark_boxes, seed)[step].seed for seed in (0, 1) for step in range(6)]
+    seeds = [steps_of(dark_boxes, seed)[step].seed for seed in (0, 1) for step in range(6)]
     assert len(set(seeds)) == 2 * 6
 
 
@@ -260,7 +205,7 @@ def test_where_the_data_is_kept_changes_no_batch(make_boxes, dark_boxes, monkeyp
     assert all(equal(a, b) for a, b in zip(seen(kept, indices), files, strict=True))
 
 
-def test_an_epoch_is_the_training_or_a_pass(tables):
+def test_an_epoch_is_the_training_or_a_pass(tables, monkeypatch):
     batches_of_a_pass = -(-len(tables.split.train) // BATCH)
     assert batches_of_a_pass != STEPS
     for settings, length in (
@@ -269,8 +214,8 @@ def test_an_epoch_is_the_training_or_a_pass(tables):
         ({"max_steps": -1, "max_epochs": 4}, batches_of_a_pass),
         ({"max_epochs": 4}, batches_of_a_pass),
     ):
-        with trained(tables, **settings):
-            assert len(list(tables.train_dataloader())) == length
+        monkeypatch.setattr(tables, "trainer", trainer(**settings))
+        assert len(tables.train_dataloader()) == length
 
 
 @pytest.mark.parametrize("hold_out", [None, 4])
@@ -292,9 +237,6 @@ def test_templates_are_chosen_from_what_is_not_tested_on(make_boxes, hold_out):
         make_boxes(split=lambda _: rule, hold_out=7)
 
 
-# --- whole trainings ----------------------------------------------------------------------------
-
-
 class Watch(Callback):
     """Notes what each batch sees, and fails at one of them."""
 
@@ -307,14 +249,12 @@ class Watch(Callback):
         self.rows.append(tuple(batch.rows.tolist()))
 
 
-def fit(data, folder, fails_at=None, resume=None, more=(), **settings):
+def fit(cfg, folder, fails_at=None, resume=None, more=(), **settings):
     """Train a tiny network; return the rows of its batches, and its last weights."""
     torch.manual_seed(0)
-    encoder = MobileNetV1()
-    told = None if data.draw is None else Component("heads", "conditioned", {"draw": data.draw})
-    network = TemplateFfdNetwork(encoder, (48, 64), 2, 64, bottleneck=4, hidden=8, heads=told)
-    objective = Objective({"chamfer": WeightedTerm(Chamfer())})
-    module = FfdModule(network, objective, scheduler=CosineAnnealingLR)
+    data, network = build_data(cfg), build_network(cfg)
+    data.augmentation = darkened
+    module = build_module(cfg, network, {})
     watch = Watch(fails_at)
     quiet = {"logger": False, "enable_progress_bar": False, "enable_model_summary": False}
     keep = ModelCheckpoint(folder, every_n_train_steps=1, save_top_k=-1)
@@ -328,30 +268,30 @@ def fit(data, folder, fails_at=None, resume=None, more=(), **settings):
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(
-    "limits",
+    ("overrides", "limits"),
     [
-        {"max_steps": 7},
-        {"max_steps": 7, "draw": 3},
-        {"max_epochs": 3, "accumulate_grad_batches": 2},
-        {"max_steps": 5, "limit_train_batches": 3, "accumulate_grad_batches": 2},
+        ((), {"max_steps": 7}),
+        (("heads=conditioned", "heads.draw=3"), {"max_steps": 7}),
+        ((), {"max_epochs": 3, "accumulate_grad_batches": 2}),
+        ((), {"max_steps": 5, "limit_train_batches": 3, "accumulate_grad_batches": 2}),
     ],
 )
-def test_a_resumed_training_equals_an_uninterrupted_one(data_root, tmp_path, limits):
-    settings = {"augmentation": darkened, "draw": limits.get("draw")}
-    limits = {name: value for name, value in limits.items() if name != "draw"}
-    data = table_module(data_root, **settings)
+def test_a_resumed_training_equals_an_uninterrupted_one(table_config, tmp_path, overrides, limits):
+    cfg = table_config(*overrides)
+    data = build_data(cfg)
+    data.setup()
     length = -(-len(data.split.train) // BATCH)
     assert length == 3, "an odd number, so that accumulation ends epochs early"
     indices = data.train_dataloader().loader.dataset
     every = limits.get("accumulate_grad_batches", 1)
-    rows, weights = fit(data, tmp_path / "whole", **limits)
+    rows, weights = fit(cfg, tmp_path / "whole", **limits)
     assert rows == [tuple(indices[k].rows.tolist()) for k in range(len(rows))]
     for fails_at in {every, length, length + every}:
         folder = tmp_path / f"killed{fails_at}"
-        before, _ = fit(data, folder, fails_at, **limits)
+        before, _ = fit(cfg, folder, fails_at, **limits)
         newest = max(folder.iterdir(), key=lambda path: int(path.stem.rpartition("=")[2]))
         # Processes that read ahead start early.
-        ahead = table_module(data_root, **settings, num_workers=fails_at % 2)
+        ahead = table_config(*overrides, f"trainer.num_workers={fails_at % 2}")
         after, ends = fit(ahead, folder, resume=newest, **limits)
         again = len(before) + len(after) - len(rows)
         assert 0 <= again < every, "of an accumulated step that was not done"
@@ -360,14 +300,14 @@ def test_a_resumed_training_equals_an_uninterrupted_one(data_root, tmp_path, lim
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_a_checkpoint_in_the_middle_of_a_step_is_refused(data_root, tmp_path):
-    data, path = table_module(data_root), tmp_path / "middle.ckpt"
+def test_a_checkpoint_in_the_middle_of_a_step_is_refused(table_config, tmp_path):
+    cfg, path = table_config(), tmp_path / "middle.ckpt"
     limits = {"max_steps": 2, "accumulate_grad_batches": 2}
 
     def save(trainer, module, outputs, batch, batch_idx):
         if batch_idx + 1 == 3:
             trainer.save_checkpoint(path)
 
-    fit(data, tmp_path, more=[LambdaCallback(on_train_batch_end=save)], **limits)
+    fit(cfg, tmp_path, more=[LambdaCallback(on_train_batch_end=save)], **limits)
     with pytest.raises(ConfigError, match="after 3 batches of the epoch, of which 2 make a step"):
-        fit(data, tmp_path, resume=path, **limits)
+        fit(cfg, tmp_path, resume=path, **limits)
