@@ -1,9 +1,7 @@
-from dataclasses import dataclass
-
 import numpy as np
+from cloud_set import set_of
 
 from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
-from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.choice import (
     AutoTemplates,
     ListedTemplates,
@@ -49,23 +47,11 @@ def test_a_list_may_name_any_shape_and_its_file_the_category(prepared, tmp_path)
     assert choose_templates(strategy, prepared, 2, prepared.ids[1:9]) == prepared.ids[:2]
 
 
-@dataclass(frozen=True)
-class Renamed(PreparedSet):
-    """A set under other ids."""
-
-    of: PreparedSet | None = None
-
-    def file(self, row):
-        return self.of.file(row if self.taken is None else self.taken[row])
-
-
-def as_shapenet(prepared, ids, category="table", source="shapenet"):
+def as_shapenet(prepared, ids, source="shapenet"):
     """The prepared set under other ids, as if it came from ShapeNet."""
     names = sorted([*ids, *(f"other{k:02d}" for k in range(len(prepared) - len(ids)))])
-    settings = {"category": category, "source": {"source": source}}
-    manifest = {**prepared.manifests[0], "settings": settings, "ids": names}
-    manifest["sha256"] = f"{category} {source} {names}"
-    return Renamed(prepared.paths, (manifest,), of=prepared)
+    clouds = (prepared.cloud(row) for row in range(len(prepared)))
+    return set_of(clouds, names, "table", source)
 
 
 def test_shapenet_takes_the_papers_templates_by_default(prepared):

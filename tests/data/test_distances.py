@@ -1,15 +1,11 @@
 """Which shapes stand for a set, and which are like nothing else in it."""
 
-from dataclasses import dataclass
-from pathlib import Path
-
 import numpy as np
 import pytest
 import torch
+from cloud_set import set_of
 
 from ffd_lightning import shapes
-from ffd_lightning.data.preparation.packing import pack_points
-from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates import distances
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.choice import (
@@ -24,7 +20,6 @@ from ffd_lightning.data.templates.distances import (
     template_rows,
 )
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.mesh import normalize
 from ffd_lightning.geometry.sampling import sample_surface
 
 PLANES = 80
@@ -40,27 +35,6 @@ def cloud(category, index):
 def ball(squeezed):
     points = np.random.default_rng(7).normal(size=(POINTS, 3))
     return points / np.linalg.norm(points, axis=1, keepdims=True) * squeezed
-
-
-@dataclass(frozen=True)
-class CloudSet(PreparedSet):
-    """Clouds that are in no file."""
-
-    clouds: tuple = ()
-
-    def packed_cloud(self, row):
-        return self.clouds[row if self.taken is None else self.taken[row]]
-
-
-def set_of(clouds, ids, name="planes"):
-    points = np.stack([normalize(points) for points in clouds])
-    manifest = {
-        "sha256": f"{name} {' '.join(ids)}",
-        "settings": {"category": "plane"},
-        "ids": list(ids),
-        "families": [""] * len(ids),
-    }
-    return CloudSet((Path(name),), (manifest,), clouds=tuple(pack_points(points)))
 
 
 @pytest.fixture(scope="module")

@@ -1,24 +1,20 @@
 import numpy as np
 from box_source import RENDER, BoxSource, prepare_boxes
 from PIL import Image
-from shapenet_tree import model_text, write_folder
-from trees import png
+from trees import TEXTURED, png, write_folder
 
 from ffd_lightning.data.preparation.overview import count_warnings, sheet_of
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.folder import FolderSource
 
 
-def chair(name, texture=None):
-    """Return the files of a chair."""
-    obj, materials = model_text(0, texture)
-    return {f"chair/{name}/a.obj": obj.replace("{stem}", "a"), f"chair/{name}/a.mtl": materials}
-
-
 def test_warnings_are_listed_and_counted_by_kind(tmp_path, capfd):
-    files = chair("absent", "lost.png") | chair("broken", "b.png") | chair("good", "g.png")
-    files |= {"chair/broken/b.png": b"no picture", "chair/good/g.png": png()}
-    source = FolderSource(write_folder(tmp_path / "shapes", files))
+    named = {"absent": "lost.png", "broken": "b.png", "good": "g.png"}
+    files = {f"{name}/m.mtl": f"newmtl m\nmap_Kd {texture}\n" for name, texture in named.items()}
+    files |= {f"{name}/m.obj": TEXTURED for name in named}
+    files |= {"broken/b.png": b"no picture", "good/g.png": png()}
+    write_folder(tmp_path / "shapes" / "chair", files)
+    source = FolderSource(tmp_path / "shapes")
     prepared = Preparation(source, "chair", 64, RENDER, tmp_path, workers=1).run()
     absent = "textures that the materials name are absent"
     broken = "textures cannot be decoded"

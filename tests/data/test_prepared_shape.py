@@ -1,29 +1,22 @@
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
-import trimesh
 from box_source import RENDER, box_mesh
+from trees import textured_box
 
 from ffd_lightning.data.preparation import prepared_shape
 from ffd_lightning.data.preparation.packing import unpack_mesh
 from ffd_lightning.data.preparation.prepared_shape import MAX_TEXELS, ShapeMaker, shrink_textures
-from ffd_lightning.data.source import Source, SourceShape
+from ffd_lightning.data.source import SourceShape
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.rendering import render
 
 
-class OneShape(Source):
-    """One shape, whatever is asked for."""
-
-    def __init__(self, shape):
-        self.shape = shape
-
-    def load(self, category, shape_id):
-        return self.shape
-
-
 def maker(folder, mesh, **more):
-    return ShapeMaker(OneShape(SourceShape(mesh, **more)), "box", 40, RENDER, folder)
+    """What makes this shape, whichever is asked for; a source that gives None without a mesh."""
+    shape = None if mesh is None else SourceShape(mesh, **more)
+    return ShapeMaker(SimpleNamespace(load=lambda *_: shape), "box", 40, RENDER, folder)
 
 
 def test_odd_ids_do_not_leave_the_folder(tmp_path):
@@ -46,7 +39,7 @@ def test_what_a_source_gives_wrongly_is_rejected_with_the_reason(tmp_path, monke
         (maker(tmp_path, parts), "gives 2 face_parts for 1 faces"),
         (maker(tmp_path, box_mesh(0), images=[image]), "gives [('uint8', (8, 8, 3))]"),
         (maker(tmp_path, box_mesh(0), images=[]), "gives []"),
-        (ShapeMaker(OneShape(None), "box", 40, RENDER, tmp_path), "gives a NoneType"),
+        (maker(tmp_path, None), "gives a NoneType"),
     ):
         failure = made.make("a")
         assert failure.kind == "rejected"
@@ -56,27 +49,15 @@ def test_what_a_source_gives_wrongly_is_rejected_with_the_reason(tmp_path, monke
     assert reason.endswith("a bug of ffd_lightning: please report it)")
 
 
-def textured(count, height, width):
-    """A box whose faces take turns with soft pictures, of which each side shows a part."""
-    box = trimesh.creation.box((0.6, 0.5, 0.4))
-    corners = box.vertices[box.faces]
+def soft(shift, height, width):
+    """A picture of waves."""
     u, v = np.meshgrid(np.arange(width) / width, np.arange(height) / height)
-    waves = [[np.sin(7 * u + k + s) * np.cos(5 * v - k) for k in range(3)] for s in range(count)]
-    return Mesh(
-        vertices=np.asarray(box.vertices, float),
-        faces=np.asarray(box.faces, np.int64),
-        face_colors=np.full((12, 4), 99, np.uint8),
-        textures=tuple(
-            np.dstack([*(120 + 100 * w for w in wave), np.full_like(u, 255)]).astype(np.uint8)
-            for wave in waves
-        ),
-        face_textures=(np.arange(12) % count).astype(np.int16),
-        face_uvs=(corners[..., :2] + 0.3 * corners[..., 2:]).astype(np.float32),
-    )
+    waves = [120 + 100 * np.sin(7 * u + k + shift) * np.cos(5 * v - k) for k in range(3)]
+    return np.dstack([*waves, np.full_like(u, 255)]).astype(np.uint8)
 
 
 def test_a_shape_looks_as_before_in_few_texels():
-    mesh = textured(2, 500, 700)
+    mesh = textured_box((soft(0, 500, 700), soft(1, 500, 700)), [0, 1] * 6)
     small = shrink_textures(mesh)
     assert sum(t.shape[0] * t.shape[1] for t in small.textures) <= MAX_TEXELS
     seen = [render(m, height=96, width=128).astype(int) for m in (mesh, small)]
@@ -84,7 +65,7 @@ def test_a_shape_looks_as_before_in_few_texels():
 
 
 def test_small_textures_are_kept_exactly_and_those_of_no_face_left_out():
-    mesh = replace(textured(3, 30, 20), face_textures=np.array([2, -1, 0] * 4, np.int16))
+    mesh = textured_box(tuple(soft(k, 30, 20) for k in range(3)), [2, -1, 0] * 4)
     small = shrink_textures(mesh)
     np.testing.assert_array_equal(small.face_textures, [1, -1, 0] * 4)
     for found, own in zip(small.textures, (mesh.textures[0], mesh.textures[2]), strict=True):

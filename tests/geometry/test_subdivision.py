@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 import trimesh
+from trees import textured_box
 
-from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.subdivision import subdivide, subdivide_mesh
 
 
@@ -18,25 +18,11 @@ def test_short_edges_same_surface_and_origin_of_faces():
     np.testing.assert_allclose(offsets, 0, atol=1e-9)
 
 
-def textured_box(seed=0):
-    """A box of two textures and plain faces, its UVs torn apart at every edge."""
-    rng = np.random.default_rng(seed)
-    box = trimesh.creation.box((0.7, 0.4, 0.5))
-    return Mesh(
-        vertices=np.asarray(box.vertices, float),
-        faces=np.asarray(box.faces, np.int64),
-        face_colors=rng.integers(0, 256, (12, 4), np.uint8) | np.uint8(3),
-        face_parts=np.arange(12, dtype=np.uint8),
-        part_names=tuple("abcdefghijkl"),
-        textures=tuple(rng.integers(0, 256, (s, 2 * s, 4), np.uint8) for s in (3, 5)),
-        face_textures=np.array([0, 1, -1] * 4, np.int16),
-        face_uvs=rng.uniform(-2, 3, (12, 3, 2)).astype(np.float32),
-    )
-
-
 def test_textures_stay_where_they_are():
     """The UV of each new corner is what lies there, by its areas within the face it came from."""
-    mesh = textured_box()
+    uvs = np.random.default_rng(0).uniform(-2, 3, (12, 3, 2))  # torn apart at every edge
+    parts = {"face_parts": np.arange(12, dtype=np.uint8), "part_names": tuple("abcdefghijkl")}
+    mesh = textured_box(tuple(np.zeros((2, 3, 5, 4), np.uint8)), [0, 1, -1] * 4, uvs, **parts)
     fine = subdivide_mesh(mesh, 0.06)
     index = subdivide(mesh.vertices, mesh.faces, 0.06)[2]
     assert len(fine.faces) > 20 * len(mesh.faces)
