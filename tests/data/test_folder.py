@@ -188,17 +188,12 @@ def test_materials_are_found_beside_a_file_and_decide_what_is_prepared(tmp_path)
     shape = pickle.loads(pickle.dumps(source)).load("any", "a")
     assert shape.mesh.textures[0][0, 0].tolist() == [200, 30, 30, 255]
     assert shape.mesh.vertices.min(axis=0).tolist() == [-1, 0, 0]
-    write_folder(tmp_path, {"b/b.obj": TEXTURED, "b/m.mtl": "newmtl m\nKd 1 1 1\n"})
-    white = MeshFiles({"b": tmp_path / "b/b.obj"}).load("any", "b")
-    assert white.mesh.face_colors.tolist() == [[178, 178, 178, 255]], "to be seen on white"
     before = source.fingerprint("any")
     write_folder(tmp_path, {"far/away/x.png": "of no shape", "log.txt": "what is printed"})
     assert source.fingerprint("any") == before
     write_folder(tmp_path, {"maps/wood.png": png((30, 200, 30), (4, 4))})
     assert source.fingerprint("any") != before
 
-
-# --- the frame ---
 
 CORNERS = np.array([[0.1, 0.2, 0.3], [1 / 3, -5, 1e-9], [-7e8, 0.7, np.pi]])
 

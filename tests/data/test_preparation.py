@@ -89,9 +89,6 @@ def test_one_worker_gives_the_same_bytes_as_two_and_nothing_is_loaded_again(undi
     assert loads(tmp_path / "other log") == ([], set())
 
 
-# --- kills --------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("kill", [os.kill, os.killpg], ids=["parent alone", "whole group"])
 def test_kill_9_and_resume(undisturbed, tmp_path, start, log, kill):
     # It can finish four shapes and no more.
@@ -183,9 +180,6 @@ def test_shapes_are_left_out_by_their_ids(tmp_path):
             boxes_of(source, tmp_path, leave_out=[name]).run()
 
 
-# --- shapes and disks that fail -----------------------------------------------------------------
-
-
 def test_bad_shapes_are_rejected_by_name(undisturbed, tmp_path, capfd):
     faults = {"b01": "reject", "b02": "raise", "b04": "exit", "b05": "damaged", "b07": "memory"}
     found = prepare_boxes(BoxSource(COUNT, tmp_path / "log", faults), tmp_path)
@@ -258,9 +252,6 @@ def test_full_disk(tmp_path, start, log, limit):
     assert "DataError: cannot prepare" in errors
     assert not list((tmp_path / "prepared").glob("box-*"))
     assert len(prepare_boxes(BoxSource(COUNT, tmp_path / "log"), tmp_path)) == COUNT
-
-
-# --- scripts and commands -----------------------------------------------------------------------
 
 
 def test_a_script_without_the_guard_ends_and_says_so(tmp_path):

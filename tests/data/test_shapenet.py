@@ -98,8 +98,6 @@ def test_a_damaged_member_is_rejected_and_the_others_are_not(tmp_path):
     assert len(source.load("chair", "textured").mesh.faces) > 10
 
 
-# --- 3D-R2N2's renderings -----------------------------------------------------------------------
-
 METADATA = [(15.0 * k, 25.0 + k / 10, 0.0, 0.7 + k / 100, 25.0) for k in range(24)]
 
 
@@ -180,9 +178,6 @@ def test_renderings_that_are_not_there(tmp_path):
     (tmp_path / "ShapeNetRendering.tgz").touch()
     with pytest.raises(DataError, match=r"data\.images_root.*unpack .*ShapeNetRendering\.tgz"):
         source.fingerprint("chair")
-
-
-# --- frames and cameras -------------------------------------------------------------------------
 
 
 def test_shapes_of_both_versions_face_the_same_way(tmp_path):
