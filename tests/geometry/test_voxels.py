@@ -59,9 +59,10 @@ def far(rng):
     return rng.integers(-(2**30), 2**30, (3, 3))
 
 
-def huge(corners, target):
-    """Move a triangle's inner point to the target, exactly for whole numbers."""
-    return corners - (corners[0] + corners[1] + 2 * corners[2]) / 4 + target
+def huge(rng):
+    """Whose inner point is a corner of voxels, exactly."""
+    corners = far(rng)
+    return corners - (corners[0] + corners[1] + 2 * corners[2]) / 4 + rng.integers(0, SIZE, 3)
 
 
 def huge_edge(rng):
@@ -78,12 +79,9 @@ def folded(rng):
 
 TRIANGLES = {
     "any": lambda rng: rng.uniform(-1, SIZE + 1, (3, 3)),
-    "small": lambda rng: rng.uniform(0, SIZE, 3) + rng.normal(size=(3, 3)) * 0.2,
-    "corners": lambda rng: rng.integers(-1, SIZE + 2, (3, 3)),  # contacts everywhere
-    "dyadic": lambda rng: rng.integers(-4, 4 * SIZE + 4, (3, 3)) / 4,
+    "dyadic": lambda rng: rng.integers(-4, 4 * SIZE + 4, (3, 3)) / 4,  # contacts everywhere
     "flat": flat,
-    "huge": lambda rng: huge(rng.uniform(-1e6, 1e6, (3, 3)), rng.uniform(0, SIZE, 3)),
-    "huge inside": lambda rng: huge(far(rng), rng.integers(0, SIZE, 3)),
+    "huge": huge,
     "huge edge": huge_edge,
     "needle": needle,
     "folded": folded,

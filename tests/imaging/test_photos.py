@@ -1,8 +1,5 @@
 """Pictures of all modes and kinds, turned, masked, damaged."""
 
-import struct
-import zlib
-
 import numpy as np
 import pytest
 from PIL import Image
@@ -41,22 +38,9 @@ def test_pictures_of_any_mode_and_kind(tmp_path, mode, kind, off):
     assert np.abs(np.asarray(picture)[..., :3].astype(int) - expected).mean() <= off
 
 
-def bomb():
-    """A PNG of a few bytes that says it has 81 million pixels."""
-    parts = b""
-    for kind, data in (
-        (b"IHDR", struct.pack(">2I5B", 9000, 9000, 8, 2, 0, 0, 0)),
-        (b"IDAT", zlib.compress(b"")),
-        (b"IEND", b""),
-    ):
-        crc = struct.pack(">I", zlib.crc32(kind + data))
-        parts += struct.pack(">I", len(data)) + kind + data + crc
-    return b"\x89PNG\r\n\x1a\n" + parts
-
-
 BAD = {
     "text": (b"It was a dark and stormy night.", "is no picture"),
-    "a bomb": (bomb(), "9,000 x 9,000 pixels, more than 60,000,000"),
+    "a bomb": (encoded(Image.new("1", (9000, 8000)))[:99], "9,000 x 8,000 .*more than 60,000,000"),
     "HEIC": (b"\0\0\0\x18ftypheic\0\0\0\0mif1heic", "is HEIC, .* save it as JPEG"),
     "half a PNG": (encoded(Image.effect_noise((99, 99), 9))[:-3000], "cannot be read .*truncated"),
     "16 bits": (encoded(Image.fromarray(np.full((9, 9), 999, np.uint16))), "more than 8 bits"),

@@ -6,7 +6,6 @@ import torch
 
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.ffd import mirrored_offsets
-from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder, standardize
 
@@ -18,18 +17,6 @@ def build(num_templates=5, min_weight=0.1, **options):
     return TemplateFfdNetwork(
         MobileNetV1(0.25), SIZE, num_templates, 8, hidden=32, min_weight=min_weight, **options
     )
-
-
-def build_telling():
-    """Return a network in evaluation mode that tells images apart.
-
-    Its moving statistics are those of a batch: with the first ones all features vanish.
-    """
-    torch.manual_seed(0)
-    encoder = MobileNetV1(0.25, batch_norm_momentum=1.0)
-    network = TemplateFfdNetwork(encoder, SIZE, 5, 8, hidden=32, batch_norm_momentum=1.0)
-    network(random_images(8))
-    return network.eval()
 
 
 def test_heads_give_offsets_of_each_template(monkeypatch):
@@ -87,7 +74,11 @@ def test_weights_sum_to_one_and_keep_the_floor(num_templates, min_weight):
 
 
 def test_eval_mode_treats_images_one_by_one_and_changes_nothing():
-    network = build_telling()
+    torch.manual_seed(0)
+    encoder = MobileNetV1(0.25, batch_norm_momentum=1.0)
+    network = TemplateFfdNetwork(encoder, SIZE, 5, 8, hidden=32, batch_norm_momentum=1.0)
+    network(random_images(8))  # else the moving statistics are the first: all features vanish
+    network.eval()
     before = copy.deepcopy(network.state_dict())
     images = random_images(3, seed=1)
     together = network(images)
@@ -138,18 +129,6 @@ def test_bad_input_and_settings_say_so():
             build(**{name: value})
 
 
-class _Pooled(ImageEncoder):
-    """As small as an encoder of one's own can be."""
-
-    out_channels = 3
-
-    def output_size(self, image_size):
-        return image_size[0] // 8, image_size[1] // 8
-
-    def forward(self, images):
-        return torch.nn.functional.avg_pool2d(images, 8)
-
-
 @pytest.mark.parametrize("works", [True, False])
 def test_compilation_changes_nothing_and_may_fail(monkeypatch, works):
     used = []
@@ -160,10 +139,14 @@ def test_compilation_changes_nothing_and_may_fail(monkeypatch, works):
             raise RuntimeError("no compiler here")
         return graph.forward
 
+    class Pooled(torch.nn.Module):
+        def forward(self, images):
+            return torch.nn.functional.avg_pool2d(images, 8)
+
     monkeypatch.setattr("torch._inductor.compile_fx.compile_fx", compiler)
     torch.compiler.reset()
     network = build()
-    network.encoder = _Pooled()  # the compiler cannot see through MobileNet's checks of shapes
+    network.encoder = Pooled()  # the compiler cannot see through MobileNet's checks of shapes
     names, images = list(network.state_dict()), torch.rand(2, 3, 8, 8)
     expected = network.encoder(images)
     compile_encoder(network)
