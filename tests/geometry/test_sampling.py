@@ -3,7 +3,7 @@ from types import SimpleNamespace
 import numpy as np
 from scipy import stats
 
-from ffd_lightning.geometry.sampling import sample_surface
+from ffd_lightning.geometry.sampling import sample_stratified, sample_surface
 
 # One triangle of each area 1, 0 (a line), 3, 0 (a point), 6, and an unused vertex that is not
 # finite; apart along z so that a point tells its triangle.
@@ -52,3 +52,11 @@ def test_the_largest_draw_takes_the_last_face_with_area() -> None:
     largest = SimpleNamespace(random=lambda size: np.full(size, np.nextafter(1, 0)))
     _, drawn = sample_surface(VERTICES, faces, 3, largest)
     np.testing.assert_array_equal(drawn, 0)
+
+
+def test_stratified_points_give_each_face_its_share() -> None:
+    points, faces = sample_stratified(VERTICES, FACES, 1001, np.random.default_rng(0))
+    assert (points.shape, points.dtype) == ((1001, 3), np.float32)
+    # By hand: the cumulated areas 1, 1, 4, 4, 10 times 100.1 are rounded, and the steps taken.
+    np.testing.assert_array_equal(np.bincount(faces, minlength=5), [100, 0, 300, 0, 601])
+    np.testing.assert_array_equal(points[:, 2], faces)
