@@ -20,11 +20,17 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.core.singleton import Singleton
 
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.configuration import config_folder, prepare_hydra
+from ffd_lightning.app.configuration import (
+    compose_config,
+    config_folder,
+    prepare_hydra,
+    typed_config,
+)
 from ffd_lightning.app.main import run
 from ffd_lightning.app.settings import read_settings
 
 ROOT = Path(__file__).parents[1]
+SAVING = "lightning.pytorch.callbacks.ModelCheckpoint"
 
 
 @dataclass(frozen=True)
@@ -34,6 +40,11 @@ class Done:
     returncode: int
     stdout: str
     stderr: str
+
+
+def train_config(*overrides):
+    """The settings of `ffd train overrides...`."""
+    return typed_config(compose_config("train", TrainConfig, overrides), TrainConfig)
 
 
 def run_command(name, *arguments, cwd=ROOT):
@@ -112,26 +123,30 @@ def wait_for(condition):
         time.sleep(0.01)
 
 
-def killed_training(step, method="on_train_batch_start"):
-    """Return Python that runs `ffd train` and dies at a step: as it begins, or before it is saved.
+def killed(command, place, name, nth):
+    """Return Python that runs `ffd command` and dies as a method is called the nth time.
 
     Args:
-        step: so many are done.
-        method: of Lightning's `ModelCheckpoint`, whose call is the moment.
+        command: whose arguments follow.
+        place: module and class.
+        name: of the method.
+        nth: 1 for its first call.
     """
+    module, _, owner = place.rpartition(".")
     return f"""
 import os, signal
-from lightning.pytorch.callbacks import ModelCheckpoint
+from {module} import {owner}
 from ffd_lightning.app.main import run
 
-method = ModelCheckpoint.{method}
+method, calls = {owner}.{name}, []
 
-def killed(self, trainer, *arguments):
-    if trainer.global_step == {step}:
+def killed(*arguments):
+    calls.append(1)
+    if len(calls) == {nth}:
         os.kill(os.getpid(), signal.SIGKILL)
-    return method(self, trainer, *arguments)
+    return method(*arguments)
 
-ModelCheckpoint.{method} = killed
+{owner}.{name} = killed
 if __name__ == "__main__":
-    run("train")
+    run("{command}")
 """

@@ -14,12 +14,11 @@ import jaxtyping
 import numpy as np
 import pytest
 import torch
+from commands import train_config
 from PIL import Image
 
 from ffd_lightning import pretrained
 from ffd_lightning.app.build import build_data, build_network
-from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.training_run import train
 from ffd_lightning.checkpoint import load_model, model_entry
 from ffd_lightning.data.preparation.preparation import Preparation
@@ -92,8 +91,7 @@ def tiny_config(data_root):
     """Return a function from overrides to a typed, tiny configuration."""
 
     def make(*overrides):
-        given = [*TINY, f"paths.data={data_root}", *overrides]
-        return typed_config(compose_config("train", TrainConfig, given), TrainConfig)
+        return train_config(*TINY, f"paths.data={data_root}", *overrides)
 
     return make
 

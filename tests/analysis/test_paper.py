@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 import yaml
 from analysis.folders import write_run
+from commands import train_config
 
 from ffd_lightning.analysis.paper import (
     MEASURES,
@@ -14,8 +15,6 @@ from ffd_lightning.analysis.paper import (
     paper_table,
 )
 from ffd_lightning.analysis.results import Results
-from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
 
 # Where our preset for the paper is not as the paper.
@@ -84,11 +83,6 @@ def test_the_mean_is_over_the_same_categories_on_both_sides(make):
     ], "the paper's order"
 
 
-def other(value):
-    """Another value."""
-    return not value if isinstance(value, bool) else f"another-{value}"
-
-
 def settings(regime="b", **changed):
     """The paper's settings, changed, as a row of those of results."""
     own = paper_settings(regime) | {"regime.name": regime, "seed": 3, "category.name": "table"}
@@ -97,7 +91,10 @@ def settings(regime="b", **changed):
 
 def test_each_setting_that_is_not_the_papers_is_listed_and_no_other():
     assert differences(pd.DataFrame([settings(), settings("e", **{"seed": 1})])) == []
-    changed = {key: other(value) for key, value in paper_settings("e").items()}
+    changed = {
+        key: not value if isinstance(value, bool) else f"another-{value}"
+        for key, value in paper_settings("e").items()
+    }
     changed |= {"regime.terms.mine.weight": 2.0, "regime.terms.watched.weight": 0}
     listed = differences(pd.DataFrame([settings("e", **changed)]))
     assert {line.partition(": ")[0] for line in listed} == {*changed} - {
@@ -114,6 +111,5 @@ def test_our_preset_is_the_papers_but_for_what_is_named_here():
             *("category=table", f"regime={regime}", "schedule=paper", "templates=t30"),
             *("data=shapenet", "data.root=.", f"encoder.weights=/somewhere/{weights}"),
         ]
-        config = typed_config(compose_config("train", TrainConfig, chosen), TrainConfig)
-        run = pd.json_normalize(yaml.safe_load(to_yaml(config)))
+        run = pd.json_normalize(yaml.safe_load(to_yaml(train_config(*chosen))))
         assert {line.partition(": ")[0] for line in differences(run)} == OURS

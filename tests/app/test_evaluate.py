@@ -7,13 +7,11 @@ from pathlib import Path
 import pytest
 import torch
 import trimesh
-from commands import python, run_command
+from commands import killed, python, run_command, train_config
 from conftest import FEW, TINY
 
 from ffd_lightning.app.build import build_data
-from ffd_lightning.app.commands.evaluate import evaluate_run
-from ffd_lightning.app.config import EvaluateConfig, TrainConfig
-from ffd_lightning.app.configuration import compose_config, typed_config
+from ffd_lightning.app.commands.evaluate import evaluate_run, read_config
 from ffd_lightning.app.first_weights import leak_warning
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
@@ -45,7 +43,7 @@ def config(run, *overrides):
     own = [f"run={run.path}", "progress_bar=false", *overrides]
     if not any(x.startswith("protocol") for x in own):
         own.append("protocol.points=64")
-    return typed_config(compose_config("evaluate", EvaluateConfig, own), EvaluateConfig)
+    return read_config(own)
 
 
 def evaluate(run, *overrides):
@@ -61,14 +59,10 @@ def test_training_ends_with_the_evaluation_of_the_command(copy):
     file = copy.evaluation(FEW) / "summary.json"
     written = file.stat().st_mtime_ns
     own = ("protocol.points=64", "evaluation.references=false")
-    command = ("evaluate", f"run={copy.path}", *own)
-    done = run_command(*command, cwd=copy.path.parent)
+    done = run_command("evaluate", f"run={copy.path}", *own, cwd=copy.path.parent)
     assert done.returncode == 0, done.stderr
     assert "selected template, deformed" in done.stdout
     assert (samples(copy), file.stat().st_mtime_ns) == (before, written)
-    done = run_command(*command, "protocol=papre")
-    assert done.returncode == 1
-    assert done.stderr.startswith("error: no protocol 'papre'. Did you mean protocol=paper?")
 
 
 def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained, tiny_config):
@@ -103,23 +97,8 @@ def test_a_killed_evaluation_is_resumed(copy, trained, monkeypatch):
     undisturbed = evaluate(copy, "evaluation.references=false")
     expected = samples(copy)
     shutil.rmtree(copy.evaluation(FEW))
-    code = """
-import os, signal
-from ffd_lightning.app.main import run
-from ffd_lightning.evaluation.protocols import PaperProtocol
-
-truth, calls = PaperProtocol.truth, []
-
-def killed(*arguments):
-    calls.append(1)
-    if len(calls) == 4:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return truth(*arguments)
-
-PaperProtocol.truth = killed
-run("evaluate")
-"""
     overrides = ["protocol.points=64", "evaluation.workers=1", "evaluation.references=false"]
+    code = killed("evaluate", "ffd_lightning.evaluation.protocols.PaperProtocol", "truth", 4)
     done = python("-c", code, f"run={copy.path}", *overrides)
     assert done.returncode == -signal.SIGKILL, done.stderr
     partial = copy.evaluation(FEW) / "samples.partial"
@@ -174,8 +153,7 @@ def test_other_templates(tmp_path):
     own = [f"paths.data={tmp_path}/data", "data=folder", f"data.root={root.parent}"]
     few = ["heads=conditioned", "heads.draw=3", "schedule.steps=2", "split.train_fraction=0.5"]
     few.append("data.variants=0")
-    composed = compose_config("train", TrainConfig, [*tiny, *own, *few])
-    cfg, run = typed_config(composed, TrainConfig), RunFolder(tmp_path / "run")
+    cfg, run = train_config(*tiny, *own, *few), RunFolder(tmp_path / "run")
     train(cfg, run)
     data = build_data(cfg)
     data.setup()
@@ -209,10 +187,9 @@ def test_other_templates(tmp_path):
         scored(root)
     assert samples(run) == before
     again = [*tiny, *own, *few[:-1], "split.train_fraction=0.3", f"network.weights={run.path}"]
-    fewer = typed_config(compose_config("train", TrainConfig, again), TrainConfig)
-    assert f"of 12 shapes to test on, {12 - len(test)} trained" in leak_warning(
-        fewer, [*everything]
-    )
+    fewer = train_config(*again)
+    trained = f"of 12 shapes to test on, {12 - len(test)} trained"
+    assert trained in leak_warning(fewer, [*everything])
     # Other files of the same names: no scores of its own are lost, and no template is another.
     trimesh.creation.box((3, 1, 1)).export(root / f"{test[0]}.off")
     evaluate(run)

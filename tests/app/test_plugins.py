@@ -4,13 +4,12 @@ from pathlib import Path
 
 import pytest
 import torch
+from commands import train_config
 from torch import nn
 
 import ffd_lightning as ffd
 from ffd_lightning import components
 from ffd_lightning.app.build import build_network
-from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.errors import ConfigError
 
 
@@ -38,11 +37,7 @@ class TinyEncoder(ffd.ImageEncoder):
 
 def small(*overrides):
     given = ("data.render.height=48", "data.render.width=64", "templates=t2", *overrides)
-    return typed_config(compose_config("train", TrainConfig, given), TrainConfig)
-
-
-def test_one_module_needs_no_brackets():
-    assert small("plugins=statistics").plugins == ["statistics"]
+    return train_config(*given)
 
 
 def test_an_encoder_whose_feature_map_is_not_as_it_says():

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from commands import ROOT, killed_training, python, run_command
+from commands import ROOT, SAVING, killed, python, run_command
 from conftest import FEW, TINY
 from omegaconf import OmegaConf
 from PIL import Image
@@ -31,15 +31,22 @@ def samples(run):
 
 
 def curves(run):
-    events = EventAccumulator(str(run.path)).Reload()
-    tags = [tag for tag in events.Tags()["scalars"] if "per_second" not in tag]
-    return {tag: [(e.step, e.value) for e in events.Scalars(tag)] for tag in tags}
+    """What TensorBoard shows: values of each step, and when pictures and clouds were drawn."""
+    kinds = ("Histograms", "Images", "Tensors")
+    events = EventAccumulator(str(run.path), {kind.lower(): 0 for kind in kinds}).Reload()
+    tags = events.Tags()
+    shown = {tag: [(e.step, e.value) for e in events.Scalars(tag)] for tag in tags["scalars"]}
+    for kind in kinds:
+        for tag in tags[kind.lower()]:
+            name = tag.split(": ")[-1]  # clouds begin with the run's own
+            shown[name] = [event.step for event in getattr(events, kind)(tag)]
+    return {tag: found for tag, found in shown.items() if "per_second" not in tag}
 
 
 @pytest.fixture(scope="module")
 def finished(tiny_config, tmp_path_factory):
     run = RunFolder(tmp_path_factory.mktemp("run") / "a")
-    return run, train(tiny_config(), run)
+    return run, train(tiny_config("logger.every=1"), run)
 
 
 def test_a_run_leaves_everything_that_is_read_later(finished):
@@ -234,13 +241,10 @@ def the_run(tmp_path):
 
 
 def test_kill_9_and_the_same_command_give_the_same_metrics(finished, prepared, data_root, tmp_path):
-    arguments = command(tmp_path, data_root)[1:]
-    kills = (
-        (4, "on_validation_start", 2),
-        (6, "_save_checkpoint", 4),
-    )
-    for step, method, left in kills:
-        done = python("-c", killed_training(step, method), *arguments)
+    arguments = command(tmp_path, data_root, "logger.every=1")[1:]
+    # Before a validation, after step 4, and before step 6 is saved, the second that would be.
+    for method, nth, left in (("on_validation_start", 1, 2), ("_save_checkpoint", 2, 4)):
+        done = python("-c", killed("train", SAVING, method, nth), *arguments)
         assert done.returncode == -signal.SIGKILL, done.stderr
         run = the_run(tmp_path)
         assert run.status["state"] == "running"

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from commands import ROOT, in_one_process, killed_training, python, run_command
+from commands import ROOT, SAVING, in_one_process, killed, python, run_command
 from conftest import TINY, photo_in
 
 NOT_THEIRS = ("category", "templates", "encoder", "data.num_models", "evaluation", "protocol")
@@ -46,8 +46,9 @@ def packages(tmp_path_factory):
 def used(packages, tmp_path_factory):
     """Train with the package, killed on the way, resume, use the run: run, what commands left."""
     folder, path = tmp_path_factory.mktemp("work"), f"{ROOT}:{packages}"
-    killed = python("-c", killed_training(5), *OWN, *SMALL, folder=folder, path=path)
-    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    code = killed("train", SAVING, "on_train_batch_start", 6)
+    done = python("-c", code, *OWN, *SMALL, folder=folder, path=path)
+    assert done.returncode == -signal.SIGKILL, done.stderr
     (checkpoint,) = folder.rglob("last.ckpt")
     before = checkpoint.stat().st_mtime_ns
     run = checkpoint.parents[1]
@@ -77,16 +78,12 @@ def test_all_components_are_used_and_named(used):
     assert [m["name"] for m in summary["protocol"]["metrics"]] == ["side_error"]
 
 
-def test_their_settings_are_in_help_and_checked(used):
+def test_their_settings_are_in_help_and_checked_and_other_settings_evaluate(used):
     _, commands = used
     for words in ("encoder=patches", "own-components 0.1.0", "channels=16", "temperature=0.5"):
         assert words in commands["help"].stdout
     assert commands["mistake"].returncode == 1
     assert "Did you mean encoder.channels?" in commands["mistake"].stderr
-
-
-def test_evaluated_under_its_protocol_with_other_settings(used):
-    _, commands = used
     assert commands["evaluate"].returncode == 0, commands["evaluate"].stderr
     assert "100 points" in commands["evaluate"].stdout
 
