@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from commands import call
+from conftest import FEW
 from PIL import Image
 
 from ffd_lightning.analysis.figures import examples as figure_examples
@@ -15,7 +16,6 @@ from ffd_lightning.analysis.figures.examples import collect, in_order, picked
 from ffd_lightning.analysis.figures.sheets import FIGURES, paper_figure
 from ffd_lightning.app.commands import figures
 from ffd_lightning.app.open_run import open_run
-from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.palette import part_colors
@@ -25,17 +25,9 @@ COLORS = [(170, 170, 170), (230, 120, 0), (0, 114, 178)]
 
 
 @pytest.fixture(scope="module")
-def run(tiny_config, tmp_path_factory):
-    """A tiny run of 2 steps, evaluated with fewer points."""
-    run = RunFolder(tmp_path_factory.mktemp("sweep") / "run")
-    train(tiny_config("regime=e", "schedule.steps=2", "protocol.points=64"), run)
-    return run
-
-
-@pytest.fixture(scope="module")
-def example(run):
+def example(tiny_run):
     """An image with a deformation that can be seen, and weights that are told apart."""
-    ((found, *_),) = collect([run], open_run, number=1)
+    ((found, *_),) = collect([tiny_run], open_run, number=1)
     rng = np.random.default_rng(0)
     offsets = found.offsets + rng.normal(0, 0.1, found.offsets.shape).astype(np.float32)
     weights = np.array([0.1, 0.6, 0.25, 0.05], np.float32)[: len(found.weights)]
@@ -48,7 +40,7 @@ def cells(name, example, count=1):
 
 
 def samples_of(run):
-    return pd.read_csv(run.evaluation("paper-points-64") / "samples.csv").set_index("id")
+    return pd.read_csv(run.evaluation(FEW) / "samples.csv").set_index("id")
 
 
 def test_a_voxel_mesh_has_the_faces_that_touch_no_other_voxel():
@@ -69,9 +61,6 @@ def test_a_voxel_mesh_has_the_faces_that_touch_no_other_voxel():
     assert (mesh.vertices <= 0.5).all()
 
 
-# --- figures -------------------------------------------------------------------------------------
-
-
 def test_the_lattice_of_the_method_is_moved_by_the_offsets(example, monkeypatch):
     drawn = []
     monkeypatch.setattr(sheets, "with_lattice", lambda mesh, lattice, *_: drawn.append(lattice))
@@ -88,9 +77,9 @@ def test_the_lattice_of_the_method_is_moved_by_the_offsets(example, monkeypatch)
     np.testing.assert_array_equal(deformed.vertices, example.deformed().mesh()[0])
 
 
-def test_the_iou_of_the_voxels_is_that_of_the_evaluation(run):
-    table = samples_of(run)
-    (found,) = collect([run], open_run, number=2)
+def test_the_iou_of_the_voxels_is_that_of_the_evaluation(tiny_run):
+    table = samples_of(tiny_run)
+    (found,) = collect([tiny_run], open_run, number=2)
     for example in found:
         expected = f"IoU x 1000: {1000 * table.loc[example.name, 'iou']:.1f}"
         assert cells("voxels", example)["voxels"].label == expected
@@ -114,9 +103,6 @@ def test_parts_keep_their_colours(example):
     assert {tuple(color) for color in truth.tolist()} <= named
 
 
-# --- choosing ------------------------------------------------------------------------------------
-
-
 def test_images_are_picked_by_their_scores():
     table = pd.DataFrame({"id": list("edcba"), "view": 0, "run": "r", "x": [1.0, 2, 3, 4, 4]})
 
@@ -133,9 +119,9 @@ def test_images_are_picked_by_their_scores():
     assert chosen("spread", 9) == "edcab"
 
 
-def test_runs_beside_each_other_show_the_same_images(run):
-    first, second = collect([run, run], open_run, number=2, pick="worst")
-    order = samples_of(run)["chamfer"].sort_values(ascending=False)
+def test_runs_beside_each_other_show_the_same_images(tiny_run):
+    first, second = collect([tiny_run, tiny_run], open_run, number=2, pick="worst")
+    order = samples_of(tiny_run)["chamfer"].sort_values(ascending=False)
     assert [e.name for e in first] == [e.name for e in second] == list(order.index[:2])
     one = np.asarray(paper_figure("overview", [first[:1]], 64))
     both = np.asarray(paper_figure("overview", [first[:1], second[:1]], 64))
@@ -143,8 +129,8 @@ def test_runs_beside_each_other_show_the_same_images(run):
     np.testing.assert_array_equal(both[-4 - len(one) : -4, 4 : 4 + one.shape[1]], one)
 
 
-def test_random_images_need_no_scores(run, tmp_path):
-    shutil.copytree(run.path, tmp_path / "run")
+def test_random_images_need_no_scores(tiny_run, tmp_path):
+    shutil.copytree(tiny_run.path, tmp_path / "run")
     shutil.rmtree(tmp_path / "run" / "evaluation")
     bare = RunFolder(tmp_path / "run")
     names = [
@@ -156,24 +142,20 @@ def test_random_images_need_no_scores(run, tmp_path):
         collect([bare], open_run)
 
 
-def test_scores_of_other_weights_are_refused(run, tmp_path):
-    shutil.copytree(run.path, tmp_path / "run")
+def test_scores_of_other_weights_are_refused(tiny_run, tmp_path):
+    shutil.copytree(tiny_run.path, tmp_path / "run")
     other = RunFolder(tmp_path / "run")
-    file = other.evaluation("paper-points-64") / "samples.csv"
+    file = other.evaluation(FEW) / "samples.csv"
     pd.read_csv(file).assign(template="table-x").to_csv(file)
     with pytest.raises(DataError, match="evaluate the run again"):
         collect([other], open_run, number=1)
 
 
-# --- the command ---------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("figure", list(FIGURES))
-def test_the_command_writes_a_picture(run, example, tmp_path, capsys, monkeypatch, figure):
-    opened = replace(example, weights=np.asarray([0.4, 0.6], np.float32))
-    monkeypatch.setattr(figure_examples, "collect", lambda *_, **options: [[opened]])
+def test_the_command_writes_a_picture(tiny_run, example, tmp_path, capsys, monkeypatch, figure):
+    monkeypatch.setattr(figure_examples, "collect", lambda *_, **options: [[example]])
     file = tmp_path / "new" / "a.png"
-    arguments = [str(run.path), "number=1", "size=64", f"out={file}"]
+    arguments = [str(tiny_run.path), "number=1", "size=64", f"out={file}"]
     arguments += ["top=1"] * (figure == "method")
     assert call(figures, f"figure={figure}", *arguments) == 0
     assert capsys.readouterr().out == f"{file}\n"
@@ -183,6 +165,6 @@ def test_the_command_writes_a_picture(run, example, tmp_path, capsys, monkeypatc
 
 
 @pytest.mark.parametrize("given", ["top=2", "seed=1", "models=[a] pick=best"])
-def test_the_command_refuses_what_does_nothing(run, given):
+def test_the_command_refuses_what_does_nothing(tiny_run, given):
     with pytest.raises(ConfigError, match="means nothing here"):
-        call(figures, "figure=overview", str(run.path), *given.split())
+        call(figures, "figure=overview", str(tiny_run.path), *given.split())

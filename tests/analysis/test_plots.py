@@ -52,10 +52,6 @@ def runs(*rows):
     return table.assign(undeformed_chamfer=3 * table["chamfer"])
 
 
-def visible(figure):
-    return [axes for axes in figure.axes if axes.get_visible()]
-
-
 def height(line, x):
     """What a step line shows at x, between its steps."""
     xs, ys = line.get_xdata(), line.get_ydata()
@@ -81,7 +77,7 @@ def test_a_curve_is_the_share_of_samples_that_are_better(measure):
 
 def test_bars_are_the_sorted_counts_of_all_templates():
     table = samples(("b", 8), ("e", 3), count=20)
-    panels = visible(selection_histograms(table))
+    panels = [axes for axes in selection_histograms(table).axes if axes.get_visible()]
     for panel, regime, count in zip(panels, "be", (8, 3), strict=True):
         selected = Counter(table.loc[table["regime"] == regime, "template"])
         shares = [n / 20 for n in sorted(selected.values(), reverse=True)]

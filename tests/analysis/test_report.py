@@ -14,6 +14,7 @@ import pytest
 from analysis.folders import write_run
 from analysis.made import PAPER, results, run_samples
 from commands import call
+from conftest import FEW
 from PIL import Image
 from scipy.spatial import cKDTree
 
@@ -26,10 +27,8 @@ from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.tables import best
 from ffd_lightning.app.commands import report
 from ffd_lightning.app.open_run import open_run
-from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription
-from ffd_lightning.run_folder import RunFolder
 
 EVIL = "<script>alert('x')</script>&"
 MEASURES = ("chamfer", "emd", "iou")
@@ -42,11 +41,6 @@ def make_run(folder, regime="b", templates=4, seed=0, count=8, **columns):
     functions = {"template": lambda k: f"t{k % 3}"} | columns
     given = {n: [f(k) for k in range(count)] if callable(f) else f for n, f in functions.items()}
     return write_run(folder, regime, templates, seed, weight=0.5, **(scores | given))
-
-
-def read_rows(run, protocol="paper"):
-    with (run.evaluation(protocol) / "samples.csv").open() as file:
-        return list(csv.DictReader(file))
 
 
 class Page(HTMLParser):
@@ -89,11 +83,6 @@ class Page(HTMLParser):
 
 def page_of(folder, *arguments):
     return Page(write_report(folder, open_run, *arguments))
-
-
-def table_of(page, heading):
-    """The first table with a column of this name."""
-    return next(table for table in page.tables if any(heading in cell for cell in table[0]))
 
 
 def two_regimes(folder):
@@ -211,7 +200,8 @@ def test_results_of_one_name_that_were_measured_otherwise_are_not_mixed(sweep, t
     older = make_run(tmp_path / "older", "r").evaluation("paper") / "summary.json"
     older.write_text(json.dumps({"protocol": PAPER.to_json(), "settings": {"format": 1}}))
     page = page_of(tmp_path)
-    assert [row[0][:1] for row in table_of(page, "effective")[1:]] == ["b", "w"]
+    table = next(t for t in page.tables if any("effective" in heading for heading in t[0]))
+    assert [row[0][:1] for row in table[1:]] == ["b", "w"]
     assert page.text.count("evaluated under another protocol of this name") == 2
 
 
@@ -256,16 +246,13 @@ def test_meshes_become_small_and_keep_their_shape(limit, lost):
 
 
 @pytest.fixture(scope="module")
-def trained(tiny_config, tmp_path_factory):
-    """The folder of a tiny run of 2 steps, and the report's path."""
-    folder = tmp_path_factory.mktemp("sweep")
-    cfg = tiny_config("regime=e", "schedule.steps=2", "protocol.points=64")
-    train(cfg, RunFolder(folder / "run"))
-    return folder, write_report(folder, open_run)
+def written(tiny_run):
+    """The report on the tiny run: its path."""
+    return write_report(tiny_run.path.parent, open_run)
 
 
-def test_light_meshes_lie_on_those_of_the_evaluation(trained):
-    opened = open_run(RunFolder(trained[0] / "run"))
+def test_light_meshes_lie_on_those_of_the_evaluation(tiny_run):
+    opened = open_run(tiny_run)
     (example,) = reconstruct(opened, [(opened.data.split.test[0], 0)])
     index, bank = example.ranked(), opened.data.bank
     light = pack(*light_template(bank, index, example.offsets[index])).places()
@@ -277,10 +264,10 @@ def test_light_meshes_lie_on_those_of_the_evaluation(trained):
         np.testing.assert_allclose(np.ptp(places, axis=0), extent, atol=5e-3)
 
 
-def test_the_page_shows_images_from_the_best_to_the_worst(trained):
-    folder, path = trained
-    page, text = Page(path), path.read_text()
-    rows = read_rows(RunFolder(folder / "run"), "paper-points-64")
+def test_the_page_shows_images_from_the_best_to_the_worst(tiny_run, written):
+    page, text = Page(written), written.read_text()
+    with (tiny_run.evaluation(FEW) / "samples.csv").open() as file:
+        rows = list(csv.DictReader(file))
     order = [row["id"] for row in sorted(rows, key=lambda row: float(row["chamfer"]))]
     assert re.findall(r'alt="Input image of (\S+?)[",]', text) == picked(order, "spread", 4)
     meshes = json.loads(re.search(r'id="meshes">(.*?)</script>', text, re.S)[1])
@@ -348,15 +335,15 @@ def show(browser, path, width):
 
 
 @pytest.mark.parametrize("width", [1280, 400])
-def test_a_browser_shows_it_without_a_word(browser, trained, width):
+def test_a_browser_shows_it_without_a_word(browser, written, width):
     browser.log.clear()
-    show(browser, trained[1], width)
+    show(browser, written, width)
     assert browser.evaluate("document.documentElement.scrollWidth") <= width
-    assert [x for x in browser.log if not x.startswith("data:")] == [trained[1].as_uri()]
+    assert [x for x in browser.log if not x.startswith("data:")] == [written.as_uri()]
 
 
-def test_meshes_are_drawn_and_turn_together(browser, trained):
-    x, y = show(browser, trained[1], 1000)
+def test_meshes_are_drawn_and_turn_together(browser, written):
+    x, y = show(browser, written, 1000)
     first = browser.evaluate(PIXELS)
     assert all(0.02 < share < 0.9 for share in first[::2])
     browser.mouse.move(x + 40, y + 40)
@@ -374,8 +361,8 @@ def test_meshes_are_drawn_and_turn_together(browser, trained):
     assert browser.evaluate(PIXELS) == first
 
 
-def test_fingers_turn_and_pinch(browser, trained):
-    x, y = show(browser, trained[1], 400)
+def test_fingers_turn_and_pinch(browser, written):
+    x, y = show(browser, written, 400)
     tools = browser.context.new_cdp_session(browser)
 
     def touch(*places, down=0):
@@ -397,8 +384,8 @@ def test_fingers_turn_and_pinch(browser, trained):
     assert browser.evaluate("scrollY") > scrolled
 
 
-def test_on_paper_stills_are_shown_and_nothing_is_cut_off(browser, trained):
-    show(browser, trained[1], 1040)  # a landscape A4 page within its margins
+def test_on_paper_stills_are_shown_and_nothing_is_cut_off(browser, written):
+    show(browser, written, 1040)  # a landscape A4 page within its margins
     browser.emulate_media(media="print")
     wide = browser.evaluate(
         "[...document.querySelectorAll('main *')].filter(e => "

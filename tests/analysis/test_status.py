@@ -35,14 +35,8 @@ def test_the_status_of_runs(tmp_path, capsys):
         table = status_table(tmp_path).set_index("run")
         assert status.main(status.Settings(str(tmp_path))) == 1
     shown = capsys.readouterr().out
-    for word in (
-        "30% training",
-        "67 min",
-        "25% evaluating",
-        "disk [/data] is full",
-        "1 interrupted",
-    ):
-        assert word in shown
+    words = ("30% training", "67 min", "25% evaluating", "disk [/data] is full", "1 interrupted")
+    assert all(word in shown for word in words)
     expected = ["finished", "failed", "running", "interrupted"]
     assert [table.loc[str(run.path), "state"] for run in runs] == expected
     assert status_table(tmp_path)["state"].tolist()[2] == "interrupted", "its process is gone"

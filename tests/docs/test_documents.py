@@ -4,14 +4,14 @@ import contextlib
 import importlib
 import io
 import re
+import shlex
 import shutil
 import sys
 
 import pytest
 import trimesh
-from commands import python
+from commands import ROOT, python
 from conftest import photo_in
-from docs.documents import PAGES, ROOT, blocks, commands, name
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import OmegaConf
 
@@ -21,19 +21,43 @@ from ffd_lightning.app.config import PrepareCommandConfig, TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.studies import load_study
+from ffd_lightning.app.training_run import train
 from ffd_lightning.run_folder import RunFolder
 
 sys.path.insert(0, str(ROOT / "docs" / "tools"))
 from links import checkout, dead, markdown
+
+FOLDERS = ("", "docs", "docs/notebooks", "docs/findings", "benchmarks", "ffd_lightning/pretrained")
+PAGES = sorted(page for folder in FOLDERS for page in (ROOT / folder).glob("*.md"))
+_BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+
+
+def name(path):
+    return str(path.relative_to(ROOT))
+
+
+def blocks(path, language):
+    """Return the fenced blocks of a language."""
+    return [code for word, code in _BLOCK.findall(path.read_text("utf-8")) if word == language]
+
+
+def commands(path):
+    """Return (subcommand, arguments) of each line that calls this project."""
+    found = []
+    for block in blocks(path, ""):
+        for line in block.replace("\\\n", " ").splitlines():
+            called = re.match(r"(?:python (\w+)\.py|ffd (\w+))( .*|$)", line)
+            if called:
+                words = shlex.split(called[3], comments=True)
+                found.append((called[1] or called[2], words))
+    return [(command, rest) for command, rest in found if not {"...", "->"} & set(rest)]
+
 
 HYDRA = {"train": ("train", TrainConfig), "prepare": ("prepare", PrepareCommandConfig)}
 # What only the reader has: parts of a package of theirs.
 THEIRS = ("plugins=", "regime/term=", "encoder=mine", "encoder=patches", "data=boxes")
 WRITTEN = [(name(page), *found) for page in PAGES for found in commands(page)]
 assert len(WRITTEN) > 40
-
-
-PICTURES = (".png", ".jpg", ".gif")
 
 
 def first_values(overrides):
@@ -72,7 +96,9 @@ def test_links_lead_somewhere_and_every_picture_is_linked():
     assert [*dead(checkout())] == []
     links = {page: markdown(page.read_text("utf-8"))[0] for page in PAGES}
     linked = {(page.parent / link).resolve() for page in PAGES for link in links[page]}
-    pictures = {path for path in (ROOT / "docs").rglob("*") if path.suffix in PICTURES}
+    pictures = {
+        path for path in (ROOT / "docs").rglob("*") if path.suffix in (".png", ".jpg", ".gif")
+    }
     assert sorted(map(name, pictures - linked)) == []
     assert [name(x) for x in pictures if x.stat().st_size > 3e5] == [], "they are small"
 
@@ -139,8 +165,6 @@ def test_scripts_without_data_run(tmp_path):
 
 
 def test_the_script_on_results_runs(tiny_config, tmp_path):
-    from ffd_lightning.app.training_run import train
-
     for regime in ("b", "r"):
         run = RunFolder(tmp_path / "runs" / "demo" / "table" / regime / "t2" / "seed0")
         train(tiny_config(f"regime={regime}", "protocol.points=1024"), run)  # the paper's

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from analysis.folders import write_run
 from analysis.made import results, run_samples
+from commands import ROOT
 from conftest import FEW as FEW_POINTS
-from docs.documents import ROOT
 
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.errors import DataError

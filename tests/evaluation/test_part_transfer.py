@@ -13,8 +13,6 @@ from ffd_lightning.evaluation.protocols import PartProtocol
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.geometry.mesh import UNKNOWN_PART
 
-PROTOCOL = PartProtocol()
-
 
 def naive_parts(source, points):
     """The part of the nearest point, one after the other."""
@@ -28,7 +26,7 @@ def naive_parts(source, points):
 @pytest.fixture
 def parts(case, fits, tmp_path):
     """Return a function that evaluates under protocol parts, and gives its rows."""
-    evaluation = case(protocol=PROTOCOL, tested_on=tuple(range(6, 16)))
+    evaluation = case(protocol=PartProtocol(), tested_on=tuple(range(6, 16)))
 
     def run(**options):
         text = evaluation.run(tmp_path / "run", **options)

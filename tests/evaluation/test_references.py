@@ -10,12 +10,7 @@ from scipy.spatial.distance import cdist
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation import references
 from ffd_lightning.evaluation.protocols import PaperProtocol
-from ffd_lightning.evaluation.references import (
-    NetworkFree,
-    best_template,
-    fitted_template,
-    medoid,
-)
+from ffd_lightning.evaluation.references import NetworkFree, best_template, fitted_template, medoid
 from ffd_lightning.evaluation.samples import Subset
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.ffd import deform

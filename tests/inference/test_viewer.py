@@ -190,10 +190,6 @@ def drawn_vertices(page):
     return np.concatenate([node.vertices for node, _ in page.scene.moving])
 
 
-def choose(page, rank):
-    page.template.value = page.template.options[rank]
-
-
 def test_the_slider_moves_what_is_drawn(page):
     before = drawn_vertices(page)
     page.amount.value = 0.0
@@ -224,7 +220,7 @@ def test_a_pulled_point_bends_the_mesh_and_lands_under_the_pointer(page, photo):
 
 def test_templates_and_shapes_are_chosen_by_hand(page, shared):
     found = page.state.reconstruction
-    choose(page, 1)
+    page.template.value = page.template.options[1]
     wait_for(lambda: page.state.template == found.ranking[1])
     picture = shared.picture(int(found.ranking[1]))
     wait_for(lambda: np.array_equal(page.picture.image, picture))
@@ -237,7 +233,7 @@ def test_templates_and_shapes_are_chosen_by_hand(page, shared):
 
 def test_what_belonged_to_the_last_input_is_forgotten(page, photo):
     """Pulled points, the slider, the chosen template and scores."""
-    choose(page, 2)
+    page.template.value = page.template.options[2]
     page.amount.value = 0.4
     wait_for(lambda: page.scene.drawn[1] == page.state.reconstruction.ranking[2])
     page.scene.pull(5, np.zeros(3))
