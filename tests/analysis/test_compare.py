@@ -28,9 +28,6 @@ def skewed(seed, n=60, shift=0.3):
     return b, b + shift - rng.exponential(size=n) ** 2 / 2
 
 
-# --- one category ---------------------------------------------------------------------------------
-
-
 def test_shapes_that_all_runs_have_are_paired_by_id_and_views_averaged():
     b, w = skewed(0)
     of_b, of_w = pair(b, w)
@@ -43,16 +40,6 @@ def test_shapes_that_all_runs_have_are_paired_by_id_and_views_averaged():
     views = [part.assign(view=k) for k in range(3) for part in pair(b + k, w + k)]
     names = ["num_samples", "difference", "low", "high"]
     assert compared(*views)[names].iloc[0].tolist() == pytest.approx(in_order[names].iloc[0])
-
-
-def test_seeds_of_a_group_are_averaged_first():
-    rng = np.random.default_rng(0)
-    b, w = rng.random((3, 30)), rng.random((2, 30)) + 0.2
-    parts = [run_samples(x, "b", seed=k) for k, x in enumerate(b)]
-    parts += [run_samples(x, "w", seed=k) for k, x in enumerate(w)]
-    row = compared(*parts).iloc[0]
-    assert row["difference"] == pytest.approx((w.mean(0) - b.mean(0)).mean())
-    assert (row["seeds_a"], row["seeds_b"]) == (2, 3)
 
 
 def of_seeds(values, regime, spread=0.001):
@@ -94,9 +81,6 @@ def test_a_table_is_corrected_for_its_rows():
     assert not many["differs"].any()
 
 
-# --- several categories ---------------------------------------------------------------------------
-
-
 def test_each_category_counts_the_same_in_the_mean():
     (b1, w1), (b2, w2) = skewed(0, n=25), skewed(1, n=80, shift=1.0)
     table = compared(*pair(b1, w1), *pair(b2, w2, "chair")).set_index("category")
@@ -116,9 +100,6 @@ def test_a_category_in_which_a_group_is_missing_is_left_out_of_the_mean():
     assert table.iloc[-1]["difference"] == pytest.approx(0, abs=1e-12)
     found = [row["category"] for row in leads(table, Metric("chamfer", ""))]
     assert found == ["table", "chair"], "e is not in both"
-
-
-# --- what is compared -----------------------------------------------------------------------------
 
 
 def test_numbers_of_templates_are_held_apart_or_compared():

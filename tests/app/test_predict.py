@@ -72,9 +72,6 @@ def test_of_several_images_of_one_object_each_is_judged(photos, checkpoint, tmp_
     assert failed.error.startswith(f"{blank}: no object found")
 
 
-# --- what is written ------------------------------------------------------------------------------
-
-
 def test_meshes_are_the_reconstruction_and_its_template(written):
     folder, reconstruction = written
     assert sorted(p.name for p in folder.iterdir()) == sorted(
@@ -154,9 +151,6 @@ def test_the_record_suffices_to_make_the_mesh_again(written):
     assert preview.width > 5 * 64
 
 
-# --- which photographs, and again -----------------------------------------------------------------
-
-
 def test_files_folders_patterns_and_lists(tmp_path):
     made = ("o/b/prediction.json", "o/b/preview.png", "o/b/candidate-2/preview.png")
     for name in ("b.png", "a.JPG", "._b.png", "notes.txt", "sub/a.png", "sub/c.webp", *made):
@@ -229,9 +223,6 @@ def test_one_command_at_a_time_and_the_number_of_workers_changes_nothing(config,
         if file.is_file() and file.name != "prediction.json":
             other = tmp_path / "3" / file.relative_to(tmp_path / "1")
             assert file.read_bytes() == other.read_bytes(), file
-
-
-# --- the command ----------------------------------------------------------------------------------
 
 
 def test_the_command_says_what_it_did(checkpoint, photos, tmp_path):

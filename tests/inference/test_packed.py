@@ -40,16 +40,15 @@ def test_predictions_are_those_of_weights_rounded_to_float16(written, joint_chec
     np.testing.assert_array_equal(after.offsets, rounded.offsets)
 
 
-def test_what_only_training_needs_is_left_out(written, joint_checkpoint):
+def test_what_only_training_needs_is_left_out_and_templates_stay_whole_but_for_points(
+    written, joint_checkpoint
+):
     content = torch.load(written, weights_only=True)
     assert "optimizer_states" in torch.load(joint_checkpoint, weights_only=True)
     assert set(content) == {"global_step", "state_dict", "model"}
     vectors = {v.dtype for v in content["state_dict"].values() if v.ndim == 1}
     matrices = {v.dtype for v in content["state_dict"].values() if v.ndim > 1}
     assert (vectors, matrices) == ({torch.float32}, {torch.float16})
-
-
-def test_templates_stay_whole_but_for_points(written, joint_checkpoint):
     before, after = load_model(joint_checkpoint), load_model(written)
     assert after.bank.ids == before.bank.ids
     assert (after.categories, after.record) == (before.categories, before.record)

@@ -65,9 +65,6 @@ def fit(module, data, resume=None, **settings):
         trainer.fit(module, data, ckpt_path=resume)
 
 
-# --- accumulated batches ------------------------------------------------------------------------
-
-
 def updates(objective, batches, **settings):
     """Return what training adds to the weights of a network without batch norm."""
     network = tiny_network()
@@ -100,8 +97,6 @@ def test_accumulated_batches_train_as_one_batch_of_all_queries(name, overrides, 
     torch.testing.assert_close(found, expected, rtol=1e-6, atol=1e-9)
 
 
-# --- what is not finite -------------------------------------------------------------------------
-
 BROKEN_AT = 2  # the third step, which two good ones come before
 
 
@@ -120,10 +115,7 @@ def broken_gradient(inputs):
     return zero.sqrt() if inputs.step == BROKEN_AT else zero
 
 
-CHAMFER = Chamfer()
-
-
-def own(term=CHAMFER, selection=None):
+def own(term, selection=None):
     return Objective({"chamfer": WeightedTerm(Chamfer()), "mine": WeightedTerm(term)}, selection)
 
 
@@ -164,9 +156,6 @@ def test_without_checkpoints_losses_are_read_now_and_then_and_weights_at_the_end
         assert module.trainer.fit_loop.epoch_loop.batch_progress.total.ready == trained
 
 
-# --- what checkpoints hold ------------------------------------------------------------------------
-
-
 class Counts(Callback):
     """A callback with a state."""
 
@@ -194,9 +183,6 @@ def test_numbers_of_numpy_are_kept_as_plain_ones_and_objects_are_refused(tmp_pat
     assert found["callbacks"]["Counts"] == {"counts": [3]}
     with pytest.raises(ConfigError, match=r"callback Counts cannot be kept .* test_training_step"):
         train(Counts(0))
-
-
-# --- terms and selections ------------------------------------------------------------------------
 
 
 class Level(nn.Module):
@@ -258,7 +244,7 @@ def test_terms_are_told_the_degrees_of_the_data(tiny_config, prepared):
     assert told == [(1, 3, 7)]
     network.mirror_degrees = (3, 3, 3)
     with pytest.raises(ConfigError, match=r"mirror_degrees is \(3, 3, 3\)"):
-        fit(FfdModule(network, own()), data, max_steps=1)
+        fit(FfdModule(network, own(watch)), data, max_steps=1)
 
 
 def test_networks_that_see_objects_from_several_sides_learn_from_which(tiny_config):
