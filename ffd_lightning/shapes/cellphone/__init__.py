@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+from ffd_lightning.shapes.cellphone.bodies import FORMS, HOUSINGS
 from ffd_lightning.shapes.cellphone.extras import AERIALS, BACKS, HOLDS, side_buttons
-from ffd_lightning.shapes.cellphone.forms import FORMS
 from ffd_lightning.shapes.cellphone.fronts import FRONTS
-from ffd_lightning.shapes.cellphone.housings import HOUSINGS
 from ffd_lightning.shapes.cellphone.plan import draw_finish
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
 
@@ -14,12 +13,12 @@ _TIPS = {"cradle": (5, 25), "prop": (12, 32)}  # degrees by which what holds it 
 
 def assemble(rng: Rng, chosen: Chosen) -> Builder:
     """Build a telephone of its components."""
-    b, finish, hold = Builder(), draw_finish(rng), chosen["hold"].name
+    b, hold = Builder(), chosen["hold"].name
     tipped = {"tip": _TIPS[hold]} if hold in _TIPS else {}
-    plan = chosen["form"].build(b, rng, finish, **tipped)
+    plan = chosen["form"].build(b, rng, draw_finish(rng), **tipped)
     for slot in ("housing", "front", "aerial", "back", "hold"):
         chosen[slot].build(b, rng, plan)
-    side_buttons(b, rng, finish, plan.main)
+    side_buttons(b, rng, plan)
     return b
 
 

@@ -7,50 +7,42 @@ from functools import partial
 import numpy as np
 
 from ffd_lightning.shapes.cellphone.fronts import earpiece
-from ffd_lightning.shapes.cellphone.plan import Body, Finish, Plan, tile
-from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.cellphone.plan import Body, Plan, tile
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, nothing, pick_material
 from ffd_lightning.shapes.kit.vectors import about_y, lean, vec
 
 
-def side_buttons(b: Builder, rng: Rng, finish: Finish, body: Body) -> None:
+def side_buttons(b: Builder, rng: Rng, p: Plan) -> None:
     """Add one to four buttons on the narrow sides, and sometimes one on top."""
+    body, spots = p.main, []
     for i in range(int(rng.integers(1, 5))):
-        side = -1 if i % 2 else 1
-        tall = rng.uniform(0.05, 0.12)
-        x = side * (0.5 - 0.024 / body.width)
-        place = body.at(x, 0.32 - 0.14 * (i // 2) - 0.06 * i, -body.depth / 2)
-        size = (0.068, tall * body.height, min(0.35 * body.depth, 0.05))
-        b.rounded_box("button", finish.trim, place, size, 0.006, turn=body.turn, segments=1)
+        x, y = 0.5 - 0.024 / body.width, 0.32 - 0.14 * (i // 2) - 0.06 * i
+        spots.append((-x if i % 2 else x, y, 0.068, rng.uniform(0.05, 0.12) * body.height))
     if rng.random() < 0.4:
-        place = body.at(rng.uniform(-0.3, 0.3), 0.5, -body.depth / 2)
-        size = (0.14 * body.width, 0.02, min(0.35 * body.depth, 0.05))
-        b.rounded_box("button", finish.trim, place, size, 0.006, turn=body.turn, segments=1)
+        spots.append((rng.uniform(-0.3, 0.3), 0.5, 0.14 * body.width, 0.02))
+    for x, y, wide, tall in spots:
+        place, size = body.at(x, y, -body.depth / 2), (wide, tall, min(0.35 * body.depth, 0.05))
+        b.rounded_box("button", p.finish.trim, place, size, 0.006, turn=body.turn, segments=1)
 
 
 def lenses(b: Builder, rng: Rng, p: Plan) -> None:
     """Add one to four lenses on the back, on a plate or bare, in a corner or in the middle."""
-    finish, body, center = p.finish, p.main, rng.random() < 0.4
-    count = int(rng.integers(1, 5))
-    radius = rng.uniform(0.05, 0.11) * body.width
+    body, center = p.main, rng.random() < 0.4
+    spots = np.array([(0, 0), (0, 1), (1, 0), (1, 1)][: int(rng.integers(1, 5))])
+    radius, face = rng.uniform(0.05, 0.11) * body.width, np.array([body.width, body.height])
     pitch = 2.4 * radius
-    spots = [(0, 0), (0, 1), (1, 0), (1, 1)][:count]
-    sizes = np.max(np.array(spots) + 1, axis=0) * pitch + 0.3 * radius
-    x0 = 0.36 * body.width - sizes[0] if not center else -sizes[0] / 2
-    y0 = 0.38 * body.height - sizes[1]
-    middle = (x0 + sizes[0] / 2) / body.width, (y0 + sizes[1] / 2) / body.height
+    wide, tall = sizes = (spots.max(0) + 1) * pitch + 0.3 * radius
+    low = np.array([-wide / 2 if center else 0.36 * body.width - wide, 0.38 * body.height - tall])
     raised = rng.uniform(0.005, 0.02)
-    if count > 1 or rng.random() < 0.5:
-        plate = (sizes[0], sizes[1], 0.012 + raised)
-        place = body.behind(*middle, raised / 2 - 0.006)
-        tile(b, "camera", finish.trim, body, place, plate, 0.3 * min(sizes))
-    glass = Material((0.05, 0.05, 0.08))
-    for column, row in spots:
-        x = (x0 + 0.15 * radius + (column + 0.5) * pitch) / body.width
-        y = (y0 + 0.15 * radius + (row + 0.5) * pitch) / body.height
-        start, end = body.behind(x, y, -0.005), body.behind(x, y, raised + 0.012)
-        b.cylinder("camera", finish.body, start, end, radius, segments=18)
-        tip = body.behind(x, y, raised + 0.016)
-        b.cylinder("camera", glass, end - 0.2 * (end - start), tip, 0.75 * radius, segments=18)
+    if len(spots) > 1 or rng.random() < 0.5:
+        x, y = (low + sizes / 2) / face
+        place, plate = body.behind(x, y, raised / 2 - 0.006), (wide, tall, 0.012 + raised)
+        tile(b, "camera", p.finish.trim, body, place, plate, 0.3 * min(sizes))
+    for x, y in (low + 0.15 * radius + (spots + 0.5) * pitch) / face:
+        start, end, tip = (body.behind(x, y, z) for z in (-0.005, raised + 0.012, raised + 0.016))
+        b.cylinder("camera", p.finish.body, start, end, radius, segments=18)
+        glass, back = Material((0.05, 0.05, 0.08)), end - 0.2 * (end - start)
+        b.cylinder("camera", glass, back, tip, 0.75 * radius, segments=18)
 
 
 def pack(b: Builder, rng: Rng, p: Plan) -> None:
@@ -69,16 +61,15 @@ def aerial(b: Builder, rng: Rng, p: Plan, rod: bool) -> None:
     start = body.at(x, 0.44, -body.depth / 2)
     along = body.turn @ vec(0, 1, 0)
     rise = rng.uniform(0.08, 0.28) * body.height + 0.06 * body.height
-    path = start + np.outer((0, rise, 1.03 * rise), along)
-    b.tube("antenna", finish.keys, path, (radius, 0.85 * radius, 0.5 * radius), segments=14)
+    path, radii = start + np.outer((0, rise, 1.03 * rise), along), radius * np.array([1, 0.85, 0.5])
+    b.tube("antenna", finish.keys, path, list(radii), segments=14)
     if rod:
         reach = rise + rng.uniform(0.1, 0.6) * body.height
-        end = start + reach * along
-        b.cylinder("antenna", finish.trim, start + rise * along, end, 0.3 * radius, segments=10)
+        one, other = start + rise * along, start + reach * along
+        b.cylinder("antenna", finish.trim, one, other, 0.3 * radius, segments=10)
         knob = np.outer((reach, reach + 0.02, reach + 0.04), along) + start
-        b.tube(
-            "antenna", finish.keys, knob, (0.5 * radius, 0.55 * radius, 0.4 * radius), segments=10
-        )
+        radii = radius * np.array([0.5, 0.55, 0.4])
+        b.tube("antenna", finish.keys, knob, list(radii), segments=10)
 
 
 def prop(b: Builder, rng: Rng, p: Plan) -> None:
@@ -93,9 +84,8 @@ def prop(b: Builder, rng: Rng, p: Plan) -> None:
     b.rounded_box("stand", finish.trim, tray, size, radius=0.05, edge=0.3 * thickness)
     low = vec(0, tray[1], tray[2] + reach / 2 - 0.06)
     along = hold - low
-    length = float(np.linalg.norm(along))
-    turn = lean(float(np.degrees(np.arctan2(along[2], along[1]))))
-    post = (0.5 * wide, length, 0.03)
+    turn = lean(np.degrees(np.arctan2(along[2], along[1])))
+    post = (0.5 * wide, float(np.linalg.norm(along)), 0.03)
     b.rounded_box("stand", finish.trim, (hold + low) / 2, post, 0.012, turn=turn)
     lip = (0.8 * wide, 1.4 * body.depth, 0.03)
     front = vec(0, tray[1] + 0.4 * body.depth, bottom[2] - 0.65 * body.depth)
@@ -129,9 +119,8 @@ def flap(b: Builder, rng: Rng, p: Plan) -> None:
 def cradle(b: Builder, rng: Rng, p: Plan) -> None:
     """Stand a body in a charging cradle, round or square."""
     body, material = p.main, p.finish.back
-    reach, rise = body.width * rng.uniform(0.75, 1.3), rng.uniform(0.1, 0.24)
     rim = max(0.62 * body.width, 0.8 * body.depth)
-    reach = max(reach, 1.1 * rim)
+    reach, rise = max(body.width * rng.uniform(0.75, 1.3), 1.1 * rim), rng.uniform(0.1, 0.24)
     profile = [(reach, 0), (reach, 0.03), (0.5 * (reach + rim), 0.55 * rise), (rim, rise)]
     profile += [(0.9 * rim, 0.98 * rise), (0.85 * rim, 0.4 * rise)]
     center = (0, 0, 0.1 * body.depth)
@@ -139,13 +128,8 @@ def cradle(b: Builder, rng: Rng, p: Plan) -> None:
         squash = rng.uniform(0.75, 1.0)
         b.lathe("stand", material, profile, center, segments=36, squash=squash)
     else:
-        turned, wide = about_y(45), np.array(profile) * (1.25, 1)
-        b.lathe("stand", material, wide, center, segments=4, turn=turned)
-
-
-def nothing(b: Builder, rng: Rng, p: Plan) -> None:
-    """Leave it out."""
-    del b, rng, p
+        wide = np.array(profile) * (1.25, 1)
+        b.lathe("stand", material, wide, center, segments=4, turn=about_y(45))
 
 
 _FLAT = ("plate", "halves")

@@ -8,27 +8,18 @@ import numpy as np
 
 from ffd_lightning.shapes.cellphone.plan import Body, Finish, Plan, tile
 from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.vectors import lean
+from ffd_lightning.shapes.kit.vectors import Pair, lean
 
 
 def display(
-    b: Builder,
-    rng: Rng,
-    finish: Finish,
-    body: Body,
-    *,
-    low: float,
-    high: float,
-    share: float,
-    icons: bool = False,
+    b: Builder, rng: Rng, finish: Finish, body: Body, ends: Pair, share: float, icons: bool
 ) -> None:
-    """Add a screen with a rim.
+    """Add a screen with a rim, `share` of the body's width, perhaps with rows of `icons`.
 
-    `low` and `high` are where it ends, from -0.5 to 0.5 of the body's height; `share` is its width
-    over the body's.
+    It reaches from the first of `ends` to the second, from -0.5 to 0.5 of the body's height.
     """
-    wide, tall = share * body.width, (high - low) * body.height
-    middle = (low + high) / 2
+    low, high = ends
+    wide, tall, middle = share * body.width, (high - low) * body.height, (low + high) / 2
     radius = rng.choice([0.02, 0.08]) * wide
     lift = 0.006
     if rng.random() < 0.5:
@@ -40,97 +31,73 @@ def display(
         return
     columns = int(rng.integers(3, 6))
     cell = wide / columns
-    rows = max(1, int(0.9 * tall / cell))
+    rows, size = max(1, int(0.9 * tall / cell)), (0.62 * cell, 0.62 * cell, 0.008)
     paints = [pick_material(rng, "paint") for _ in range(4)]
-    for row in range(rows):
-        for column in range(columns):
-            if 1 < row < rows - 1 and rng.random() < 0.4:
-                continue
-            x = (column + 0.5 - columns / 2) * cell / body.width
-            y = low + 0.05 * tall / body.height + (row + 0.5) * cell / body.height
-            size = (0.62 * cell, 0.62 * cell, 0.008)
-            paint = paints[int(rng.integers(4))]
-            b.box("screen", paint, body.at(x, y, lift + 0.002), size, turn=body.turn)
+    for row, column in np.ndindex(rows, columns):
+        if 1 < row < rows - 1 and rng.random() < 0.4:
+            continue
+        x = (column + 0.5 - columns / 2) * cell / body.width
+        y = low + 0.05 * tall / body.height + (row + 0.5) * cell / body.height
+        paint = paints[int(rng.integers(4))]
+        b.box("screen", paint, body.at(x, y, lift + 0.002), size, turn=body.turn)
 
 
 def keypad(
-    b: Builder,
-    rng: Rng,
-    finish: Finish,
-    body: Body,
-    *,
-    low: float,
-    high: float,
-    share: float,
-    rows: int,
-    columns: int,
+    b: Builder, rng: Rng, finish: Finish, body: Body, high: float, rows: int, columns: int
 ) -> None:
-    """Add a grid of keys, all of one shape; it spans what a `display` of the same values would."""
-    wide = share * body.width / columns
-    tall = (high - low) * body.height / rows
+    """Add a grid of keys, all of one shape, from the lower edge up to `high`, at most 0.5."""
+    wide, tall = 0.84 * body.width / columns, (high + 0.48) * body.height / rows
     shape = draw(rng, ["round", "pill", "square", "flush"]) if rows * columns < 20 else "square"
     fill = rng.uniform(0.7, 0.9) if shape != "flush" else 0.94
     bend = rng.uniform(0.0, 0.25) if columns == 3 else 0.0  # the outer keys sit higher
     height, steps = rng.uniform(0.01, 0.03), 2 if rows * columns < 13 else 1
     last = pick_material(rng, "paint") if rng.random() < 0.3 else finish.keys
-    for row in range(rows):
-        for column in range(columns):
-            offset = column + 0.5 - columns / 2
-            x = offset * share / columns
-            y = high + (-(row + 0.5) * tall + bend * tall * (abs(offset) - 0.5)) / body.height
-            material = last if row == 0 else finish.keys
-            size = (fill * wide, fill * tall, height)
-            place = body.at(x, y, 0.2 * height)
-            if shape in ("square", "flush"):
-                lying = (size[0], height, size[1])
-                turn = body.turn @ lean(-90)
-                taper = 0.85 if shape == "square" else 0.97
-                b.box("key", material, place, lying, turn=turn, taper=taper)
-            else:
-                square = min(size[:2])
-                flat = (square, square, height) if shape == "round" else size
-                tile(b, "key", material, body, place, flat, 0.49 * min(flat[:2]), segments=steps)
+    size, taper = (fill * wide, fill * tall), 0.85 if shape == "square" else 0.97
+    for row, column in np.ndindex(rows, columns):
+        offset = column + 0.5 - columns / 2
+        y = high + (-(row + 0.5) * tall + bend * tall * (abs(offset) - 0.5)) / body.height
+        material = last if row == 0 else finish.keys
+        place = body.at(offset * 0.84 / columns, y, 0.2 * height)
+        if shape in ("square", "flush"):
+            lying, turn = (size[0], height, size[1]), body.turn @ lean(-90)
+            b.box("key", material, place, lying, turn=turn, taper=taper)
+        else:
+            flat = (min(size), min(size), height) if shape == "round" else (*size, height)
+            tile(b, "key", material, body, place, flat, 0.49 * min(size), segments=steps)
+
+
+_PADS = {  # width, height and radius of what carries the navigation keys
+    "ring": (1, 1, 0.5), "square": (1, 1, 0.2), "ball": (0.6, 0.6, 0.3), "pill": (1, 0.5, 0.2),
+}  # fmt: skip
 
 
 def navigation(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size: float) -> None:
     """Add a ring, a cross, a ball or a pill between two pairs of soft keys at height `y`."""
-    kind = draw(rng, ["ring", "square", "ball", "pill"])
-    reach = size * body.width
-    center = body.at(0, y, 0.004)
-    if kind == "ring":
-        tile(b, "key", finish.trim, body, center, (reach, reach, 0.02), 0.5 * reach)
-        inner = (0.5 * reach, 0.5 * reach, 0.02)
-        tile(b, "key", finish.keys, body, body.at(0, y, 0.012), inner, 0.25 * reach)
-    elif kind == "ball":
-        tile(b, "key", finish.trim, body, center, (0.6 * reach, 0.6 * reach, 0.02), 0.3 * reach)
-        rows = [(0.2, 0.0), (0.2, 0.05), (0.15, 0.12), (0.07, 0.16)]
-        turn = body.turn @ lean(-90)
-        profile = np.array(rows) * reach
-        b.lathe("key", finish.keys, profile, body.at(0, y, 0.008), segments=16, turn=turn)
+    kind, reach = draw(rng, list(_PADS)), size * body.width
+    wide, tall, radius = np.array(_PADS[kind]) * reach
+    tile(b, "key", finish.trim, body, body.at(0, y, 0.004), (wide, tall, 0.02), radius)
+    if kind == "ball":
+        ball, turn = [(0.2, 0.0), (0.2, 0.05), (0.15, 0.12), (0.07, 0.16)], body.turn @ lean(-90)
+        place, profile = body.at(0, y, 0.008), np.array(ball) * reach
+        b.lathe("key", finish.keys, profile, place, segments=16, turn=turn)
     else:
-        flat = (reach, (1.0 if kind == "square" else 0.5) * reach, 0.02)
-        tile(b, "key", finish.trim, body, center, flat, 0.2 * reach)
-        inner = (0.5 * flat[0], 0.5 * flat[1], 0.02)
-        tile(b, "key", finish.keys, body, body.at(0, y, 0.01), inner, 0.1 * reach)
-    green, red = Material((0.1, 0.6, 0.2)), Material((0.8, 0.12, 0.1))
-    plain = rng.random() < 0.5
-    gap = 0.5 * size + 0.12
-    for side, paint in ((-1, green), (1, red)):
+        place = body.at(0, y, 0.012 if kind == "ring" else 0.01)
+        tile(b, "key", finish.keys, body, place, (wide / 2, tall / 2, 0.02), radius / 2)
+    plain, soft = rng.random() < 0.5, (0.16 * body.width, 0.3 * reach, 0.016)
+    for side, paint in ((-1, Material((0.1, 0.6, 0.2))), (1, Material((0.8, 0.12, 0.1)))):
         for dy in (-0.22, 0.22):
-            soft = (0.16 * body.width, 0.3 * reach, 0.016)
-            place = body.at(side * gap, y + dy * reach / body.height, 0.002)
+            place = body.at(side * (0.5 * size + 0.12), y + dy * reach / body.height, 0.002)
             material = finish.keys if plain or dy > 0 else paint
             tile(b, "key", material, body, place, soft, 0.12 * reach, segments=2)
 
 
 def earpiece(b: Builder, rng: Rng, body: Body, y: float) -> None:
     """Add the slots that one listens to, at height `y`."""
-    dark = Material((0.05, 0.05, 0.05))
     count = int(rng.integers(1, 4))
     for i in range(count):
-        wide = rng.uniform(0.12, 0.3) * body.width
+        size = (rng.uniform(0.12, 0.3) * body.width, 0.012, 0.012)
         place = body.at(0, y + 0.025 * (i - (count - 1) / 2) / body.height)
-        b.box("speaker", dark, place, (wide, 0.012, 0.012), turn=body.turn)
+        b.box("speaker", Material((0.05, 0.05, 0.05)), place, size, turn=body.turn)
 
 
 def home_button(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size: float) -> None:
@@ -154,8 +121,7 @@ def touch(b: Builder, rng: Rng, p: Plan) -> None:
     brow = rng.uniform(0.06, 0.14) if chin > 0.07 else rng.uniform(0.05, 0.06)
     share, icons = rng.uniform(0.82, 0.9), bool(rng.random() < 0.5)
     for body in (p.main,) if p.lid is None else (p.main, p.lid):
-        low, high = chin - 0.5, 0.5 - brow
-        display(b, rng, p.finish, body, low=low, high=high, share=share, icons=icons)
+        display(b, rng, p.finish, body, (chin - 0.5, 0.5 - brow), share, icons)
     if chin > 0.07:
         home_button(b, rng, p.finish, p.main, -0.5 + chin / 2, 0.7 * chin)
     earpiece(b, rng, p.main, 0.5 - brow / 2)
@@ -174,11 +140,11 @@ def keyed(b: Builder, rng: Rng, p: Plan, full: bool) -> None:
             navigation(b, rng, p.finish, p.main, split + gap, size)
         low = split + 2 * gap + 0.03
         high = rng.uniform(0.34, 0.39) if full else min(low + rng.uniform(0.12, 0.4), 0.38)
-        display(b, rng, p.finish, p.main, low=low, high=high, share=share, icons=icons)
+        display(b, rng, p.finish, p.main, (low, high), share, icons)
         keys = p.main.strip(0, -0.45, split)
         earpiece(b, rng, p.main, 0.43)
     else:
-        display(b, rng, p.finish, p.lid, low=-0.34, high=0.36, share=share, icons=icons)
+        display(b, rng, p.finish, p.lid, (-0.34, 0.36), share, icons)
         earpiece(b, rng, p.lid, 0.43)
     pad_high = 0.5
     if p.lid is not None and nav and keys.height > 0.75 * keys.width:
@@ -187,18 +153,13 @@ def keyed(b: Builder, rng: Rng, p: Plan, full: bool) -> None:
     columns = int(rng.integers(7, 11)) if full else 3
     if full and keys.height > 1.3 * keys.width:
         rows, columns, pad_high = int(rng.integers(9, 12)), 4, 0.5
-    keypad(b, rng, p.finish, keys, low=-0.48, high=pad_high, share=0.84, rows=rows, columns=columns)
+    keypad(b, rng, p.finish, keys, pad_high, rows, columns)
 
 
+_KEYED = {"form": ("bar", "brick", "clamshell", "up", "swivel")}
+_TYPED = {"form": ("slab", "organiser", "up", "aside")}
 FRONTS = (
     Component("touch", 8, touch, {"form": ("slab", "book"), "housing": ("plate", "halves")}),
-    Component(
-        "keypad",
-        2,
-        partial(keyed, full=False),
-        {"form": ("bar", "brick", "clamshell", "up", "swivel")},
-    ),
-    Component(
-        "keyboard", 1, partial(keyed, full=True), {"form": ("slab", "organiser", "up", "aside")}
-    ),
+    Component("keypad", 2, partial(keyed, full=False), _KEYED),
+    Component("keyboard", 1, partial(keyed, full=True), _TYPED),
 )

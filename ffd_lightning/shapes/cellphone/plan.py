@@ -10,18 +10,10 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
 from ffd_lightning.shapes.kit.materials import draw_housing
 from ffd_lightning.shapes.kit.vectors import Array, Triple, lean, vec
 
-_FLAT = lean(90)  # rounded_box rounds the edges along its y: this turns y to z
-
 
 @dataclass(frozen=True)
 class Body:
-    """A box-like housing: its middle, size and orientation.
-
-    Attributes:
-        center: (3,).
-        width, height, depth: overall.
-        turn: (3, 3) rotation about the centre.
-    """
+    """A box-like housing: its middle (3,), size, and rotation (3, 3) about the middle."""
 
     center: Array
     width: float
@@ -58,20 +50,12 @@ class Finish:
 
 @dataclass(frozen=True)
 class Plan:
-    """A telephone's bodies and materials.
+    """A telephone's bodies and materials."""
 
-    Attributes:
-        main: the body that has the keys, the buttons and the aerial.
-        lid: the body that has the screen, where there are two.
-        keys: the part of the main body's front that the lid leaves free.
-        radius: of the corners, as seen from the front.
-        finish: materials.
-    """
-
-    main: Body
-    lid: Body | None
-    keys: Body
-    radius: float
+    main: Body  # has the keys, the buttons and the aerial
+    lid: Body | None  # has the screen, where there are two
+    keys: Body  # the part of the main body's front that the lid leaves free
+    radius: float  # of the corners, as seen from the front
     finish: Finish
 
 
@@ -83,29 +67,19 @@ def draw_finish(rng: Rng) -> Finish:
 
     body = shell()
     back = body if rng.random() < 0.5 else shell()
-    level = float(np.mean(body.color))
-    shade = rng.uniform(0.05, 0.2) if level > 0.5 else rng.uniform(0.65, 0.9)
+    shade = rng.uniform(0.05, 0.2) if np.mean(body.color) > 0.5 else rng.uniform(0.65, 0.9)
     keys = Material((shade, shade, shade)) if rng.random() < 0.7 else pick_material(rng, "paint")
     hue = pick_material(rng, "paint").color
-    lit = rng.random() < 0.5
-    screen = Material(hue) if lit else Material((0.03, 0.03, rng.uniform(0.04, 0.1)))
-    return Finish(body, back, pick_material(rng, "metal"), keys, screen)
+    screen = hue if rng.random() < 0.5 else (0.03, 0.03, rng.uniform(0.04, 0.1))
+    return Finish(body, back, pick_material(rng, "metal"), keys, Material(screen))
 
 
 def tile(
-    b: Builder,
-    part: str,
-    material: Material,
-    body: Body,
-    center: Array,
-    size: Triple,
-    radius: float,
-    edge: float | None = None,
-    segments: int = 3,
-) -> None:
+    b: Builder, part: str, material: Material, body: Body, center: Array, size: Triple,
+    radius: float, edge: float | None = None, segments: int = 3,
+) -> None:  # fmt: skip
     """Add a plate of `size` (width, height, depth), rounded by `radius` as seen from the front."""
-    box = (size[0], size[2], size[1])
-    turn = body.turn @ _FLAT
-    b.rounded_box(
-        part, material, center, box, radius=radius, edge=edge, turn=turn, segments=segments
-    )
+    wide, tall, deep = size
+    turn = body.turn @ lean(90)  # rounded_box rounds the edges along its y: this turns y to z
+    box = (wide, deep, tall)
+    b.rounded_box(part, material, center, box, radius, edge=edge, turn=turn, segments=segments)
