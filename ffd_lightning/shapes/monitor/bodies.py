@@ -13,15 +13,16 @@ from ffd_lightning.shapes.kit.vectors import Array, Pair, about_y, lean, vec
 from ffd_lightning.shapes.monitor.plan import Plan
 
 
-def _buttons(b: Builder, rng: Rng, p: Plan, x: float, y: float, front: float) -> None:
-    """Add a row of push buttons that begins at `x`, `y` on the frame, whose front is at `front`."""
+def _buttons(b: Builder, rng: Rng, p: Plan, x: float, rise: float) -> None:
+    """Add a row of push buttons that begins at `x`, `rise` above the frame's lower edge."""
     r, step = min(0.22 * p.bezel, 0.01), rng.uniform(0.02, 0.05)
+    y, front = -0.5 + rise / p.height, -0.5 * p.thick
     for i in range(int(rng.integers(1, 6))):
         start, end = (p.at(x - i * step, y, z) for z in (front + 0.01, front - 0.4 * r))
         b.cylinder("button", p.accent, start, end, r * (1 + (i == 0)), segments=8)
 
 
-def _housing(b: Builder, rng: Rng, p: Plan, rows: list[tuple[float, float]], sink: float) -> None:
+def _housing(b: Builder, rng: Rng, p: Plan, rows: list[Pair], sink: float) -> None:
     """Add a shell behind the frame through `rows` of (depth, scale), with slits in its end.
 
     `sink` is how far its smaller end is lowered, 1 to the level of the frame's lower edge.
@@ -32,8 +33,8 @@ def _housing(b: Builder, rng: Rng, p: Plan, rows: list[tuple[float, float]], sin
     b.loft("back", p.back, rings)
     (z, scale), tall = rows[-1], 0.03 * rows[-1][1] * p.height
     for y in np.linspace(0.1, 0.3, int(rng.integers(0, 7))) * scale - sink * (1 - scale) / 2:
-        size = (0.5 * scale * p.width, tall / 2, 0.012)
-        b.box("back", p.frame, p.at(0, y, z), size, turn=p.turn)
+        slit = (0.5 * scale * p.width, tall / 2, 0.012)
+        b.box("back", p.frame, p.at(0, y, z), slit, turn=p.turn)
 
 
 def panel(b: Builder, rng: Rng, p: Plan) -> None:
@@ -47,8 +48,7 @@ def panel(b: Builder, rng: Rng, p: Plan) -> None:
     waist, start = rng.uniform(0.4, 0.9), 0.45 * t
     rows = [(start, 0.96), (start + 0.2 * p.deep, 0.94), (start + p.deep, waist)]
     _housing(b, rng, p, rows, sink=rng.uniform(-0.1, 0.3))
-    y = -0.5 + (0.5 * p.bezel + 0.4 * p.chin) / p.height
-    _buttons(b, rng, p, rng.uniform(0.1, 0.42), y, -0.5 * t)
+    _buttons(b, rng, p, rng.uniform(0.1, 0.42), 0.5 * p.bezel + 0.4 * p.chin)
 
 
 def curved(b: Builder, rng: Rng, p: Plan) -> None:
@@ -65,7 +65,7 @@ def curved(b: Builder, rng: Rng, p: Plan) -> None:
     size = (rng.uniform(0.15, 0.35), p.deep, rng.uniform(0.4, 0.7) * p.height)
     middle = p.at(0, 0, 0.8 * p.thick + p.deep / 2)
     b.rounded_box("back", p.back, middle, size, 0.02, turn=p.flat)
-    _buttons(b, rng, p, 0.06, -0.5 + 0.5 * p.bezel / p.height, -0.5 * p.thick)
+    _buttons(b, rng, p, 0.06, 0.5 * p.bezel)
 
 
 def array(b: Builder, rng: Rng, p: Plan) -> None:
@@ -80,7 +80,7 @@ def array(b: Builder, rng: Rng, p: Plan) -> None:
             swing = np.radians(angle * offset)  # each outer edge comes towards the viewer
             inner = max(abs(offset) - 0.5, 0.0)
             x = np.sign(offset) * step * (inner + 0.5 * np.cos(swing)) * (offset != 0)
-            place = (float(x), y, float(-0.5 * step * np.sin(abs(swing))))
+            place = (x, y, -0.5 * step * np.sin(abs(swing)))
             one = replace(p, center=place, turn=about_y(angle * offset))
             panel(b, rng, one)
             start, end = one.at(0, 0, 0.4 * p.thick), (0.7 * x, y, z + 0.02)
@@ -95,10 +95,8 @@ def _bulged(b: Builder, p: Plan, middle: Array, size: Pair, bulge: float) -> Non
     """Add a picture of `size` that bulges towards the viewer."""
     u, v = np.meshgrid(np.linspace(-1, 1, 11), np.linspace(-1, 1, 9))
     z = -bulge * (1 - 0.6 * u**2) * (1 - 0.6 * v**2)
-    grid = np.stack(
-        [u * (1 - 0.04 * v**2) * size[0] / 2, v * (1 - 0.05 * u**2) * size[1] / 2, z], -1
-    )
-    sheet(b, "screen", p.screen, grid + middle, 0.02)
+    x, y = u * (1 - 0.04 * v**2) * size[0] / 2, v * (1 - 0.05 * u**2) * size[1] / 2
+    sheet(b, "screen", p.screen, np.stack([x, y, z], -1) + middle, 0.02)
 
 
 def _framed(b: Builder, p: Plan, bulge: float) -> None:
@@ -106,11 +104,9 @@ def _framed(b: Builder, p: Plan, bulge: float) -> None:
     wide, tall = p.width - 2 * (p.bezel + p.side), p.height - 2 * p.bezel - p.chin
     edge, x = p.bezel + p.side, (p.width - p.bezel - p.side) / 2
     upper, lower = p.height / 2 - p.bezel / 2, -p.height / 2 + (p.bezel + p.chin) / 2
-    bars = [(0, upper, p.width, p.bezel), (0, lower, p.width, p.bezel + p.chin)]
-    for dx, dy, width, height in [
-        *bars,
-        *((s * x, p.chin / 2, edge, tall + 0.01) for s in (-1, 1)),
-    ]:
+    bars = [(0.0, upper, p.width, p.bezel), (0.0, lower, p.width, p.bezel + p.chin)]
+    bars += [(side * x, p.chin / 2, edge, tall + 0.01) for side in (-1, 1)]
+    for dx, dy, width, height in bars:
         middle, size = p.center + vec(dx, dy, 0), (width, height, p.thick)
         b.rounded_box("frame", p.frame, middle, size, 0.02, edge=0.015, segments=2)
     middle = p.center + vec(0, p.chin / 2, 0.15 * p.thick)
@@ -121,11 +117,9 @@ def grille(b: Builder, rng: Rng, p: Plan, middle: Array, size: Pair, cones: bool
     """Add a loudspeaker's cloth of `size` with two cones or behind louvres."""
     b.box("speaker", p.back, middle, (*size, 0.012))
     if cones:
+        r = min(0.4 * min(size), 0.2 * max(size))
         for x, y in ((-0.25, 0), (0.25, 0)) if size[0] > size[1] else ((0, -0.25), (0, 0.22)):
-            spot, r = (
-                middle + vec(x * size[0], y * size[1], 0),
-                min(0.4 * min(size), 0.2 * max(size)),
-            )
+            spot = middle + vec(x * size[0], y * size[1], 0)
             b.tube("speaker", p.accent, [spot, spot - vec(0, 0, 0.016)], (r, 0.8 * r), segments=16)
         return
     for y in np.linspace(-0.45, 0.45, int(rng.integers(5, 14))) * size[1]:
@@ -141,7 +135,7 @@ def tube(b: Builder, rng: Rng, p: Plan) -> None:
     rows = [(start, 0.98), (start + shoulder, rng.uniform(0.9, 0.97))]
     rows += [(start + shoulder + 0.25 * p.deep, 0.5 + waist / 2), (start + 0.97 * p.deep, waist)]
     _housing(b, rng, p, [*rows, (start + p.deep, 0.9 * waist)], sink=rng.uniform(0.3, 0.95))
-    _buttons(b, rng, p, 0.36, -0.5 + (p.bezel + p.chin) / 2 / p.height, -0.5 * p.thick)
+    _buttons(b, rng, p, 0.36, (p.bezel + p.chin) / 2)
     cones = rng.random() < 0.4
     for x in (-0.5, 0.5) if p.side else ():
         middle = p.center + vec(x * (p.width - p.bezel - p.side), p.chin / 2, -p.thick / 2)
@@ -155,12 +149,9 @@ def projection(b: Builder, rng: Rng, p: Plan) -> None:
     low = -0.49 * p.height
     knee = rng.uniform(0.1, 0.5) * p.height + low
     section = [(low, 0.02), (low, p.deep), (knee, p.deep), (upper, peak), (upper, 0.02)]
-    rings = []
-    for side in (-0.49, 0.49):
-        ring = [(side * (back if z > 0.5 * p.deep else 1), y, z) for y, z in section]
-        rings.append(np.array(ring) + p.center)
-    b.loft("back", p.back, rings)
-    _buttons(b, rng, p, 0.1, -0.5 + (p.bezel + p.chin) / 2 / p.height, -0.5 * p.thick)
+    flat = np.array([(back if z > 0.5 * p.deep else 1, y, z) for y, z in section])
+    b.loft("back", p.back, [flat * (side, 1, 1) + p.center for side in (-0.49, 0.49)])
+    _buttons(b, rng, p, 0.1, (p.bezel + p.chin) / 2)
 
 
 def console(b: Builder, rng: Rng, p: Plan) -> None:
@@ -169,30 +160,28 @@ def console(b: Builder, rng: Rng, p: Plan) -> None:
     b.rounded_box("frame", p.frame, p.center, (p.width, p.height, p.thick), 0.015)
     share = rng.uniform(0.24, 0.34)
     wide, tall = p.width - 2 * p.bezel, p.height - 2 * p.bezel
-    size, rest = ((wide, (1 - share) * tall), (wide, 0.8 * share * tall))
-    spot, other = vec(0, y + share * tall / 2, z), vec(0, y - (1 - share) * tall / 2, z)
-    if not below:
-        size, rest = ((1 - share) * wide, tall), (0.8 * share * wide, 0.55 * tall)
-        spot, other = (
-            vec(share * wide / 2, y, z),
-            vec(share * wide / 2 - wide / 2, y - 0.2 * tall, z),
-        )
+    if below:
+        size = (wide, (1 - share) * tall)
+        spot, other = vec(0, y + share * tall / 2, z), vec(0, y - (1 - share) * tall / 2, z)
+    else:
+        size, x = ((1 - share) * wide, tall), share * wide / 2
+        spot, other = vec(x, y, z), vec(x - wide / 2, y - 0.2 * tall, z)
     b.rounded_box("frame", p.back, spot, (*size, 0.03), 0.03)
     _bulged(b, p, spot - vec(0, 0, 0.015), (0.9 * size[0], 0.9 * size[1]), rng.uniform(0.01, 0.04))
-    if not below:
-        r = min(0.3 * rest[0], 0.06)
-        for i in range(int(rng.integers(1, 3))):
-            dial = (other[0], y + (0.36 - 0.2 * i) * tall, z + 0.004)
-            rows = [(r, 0), (r, 0.02), (0.6 * r, 0.025), (0.55 * r, 0.05)]
-            b.lathe("button", p.accent, rows, dial, segments=20, turn=lean(-90))
-        grille(b, rng, p, other, rest, cones=False)
+    if below:
+        cloth, cones = (0.7 * wide, 0.8 * share * tall), rng.random() < 0.5
+        grille(b, rng, p, other + vec(0.12 * wide, 0, 0), cloth, cones)
+        for x in (-0.36, -0.45):
+            spot = other + vec((x + 0.02) * wide, 0, 0)
+            b.cylinder("button", p.accent, spot, spot - vec(0, 0, 0.03), 0.035 * wide, segments=16)
         return
-    grille(
-        b, rng, p, other + vec(0.12 * wide, 0, 0), (0.7 * wide, rest[1]), cones=rng.random() < 0.5
-    )
-    for x in (-0.36, -0.45):
-        spot = other + vec((x + 0.02) * wide, 0, 0)
-        b.cylinder("button", p.accent, spot, spot - vec(0, 0, 0.03), 0.035 * wide, segments=16)
+    cloth = (0.8 * share * wide, 0.55 * tall)
+    r = min(0.3 * cloth[0], 0.06)
+    for i in range(int(rng.integers(1, 3))):
+        dial = (other[0], y + (0.36 - 0.2 * i) * tall, z + 0.004)
+        rows = [(r, 0), (r, 0.02), (0.6 * r, 0.025), (0.55 * r, 0.05)]
+        b.lathe("button", p.accent, rows, dial, segments=20, turn=lean(-90))
+    grille(b, rng, p, other, cloth, cones=False)
 
 
 BODIES = (

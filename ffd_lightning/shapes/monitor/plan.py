@@ -13,39 +13,22 @@ from ffd_lightning.shapes.kit.vectors import Array, Triple, about_y, lean, vec
 
 @dataclass(frozen=True)
 class Plan:
-    """A monitor's sizes and materials.
+    """A monitor's sizes and materials."""
 
-    Attributes:
-        width: of the frame, 1 but for several screens together.
-        height: of the frame.
-        thick: of the frame, front to back.
-        deep: of the housing behind the frame.
-        bezel: width of the frame around the screen.
-        chin: what the frame is wider by below the screen.
-        side: what the frame is wider by at the left and at the right.
-        center: the frame's middle.
-        turn: (3, 3) rotation about it.
-        frame: what the frame is of.
-        back: what the housing is of.
-        stand: what it stands on.
-        screen: of the picture.
-        accent: of buttons and loudspeakers.
-    """
-
-    width: float
-    height: float
-    thick: float
-    deep: float
-    bezel: float
-    chin: float
-    side: float
-    center: Triple
-    turn: Array
+    width: float  # of the frame, 1 but for several screens together
+    height: float  # of the frame
+    thick: float  # of the frame, front to back
+    deep: float  # of the housing behind the frame
+    bezel: float  # width of the frame around the screen
+    chin: float  # what the frame is wider by below the screen
+    side: float  # what the frame is wider by at the left and at the right
+    center: Triple  # the frame's middle
+    turn: Array  # (3, 3) rotation about it
     frame: Material
-    back: Material
+    back: Material  # of the housing
     stand: Material
     screen: Material
-    accent: Material
+    accent: Material  # of buttons and loudspeakers
 
     @property
     def low(self) -> float:
@@ -87,18 +70,16 @@ def draw_plan(rng: Rng, body: str, foot: str) -> Plan:
         height = rng.uniform(0.28, 0.48) if rng.random() < 0.5 else rng.uniform(1.2, 1.8)
     if foot in ("sheet", "hoop"):  # a computer is in the frame
         chin = rng.uniform(0.02, 0.24)
-    side = 0.0
-    if body == "tube" and rng.random() < 0.4:
-        side = rng.uniform(0.08, 0.14)
-        height -= 1.6 * side
+    side = rng.uniform(0.08, 0.14) if body == "tube" and rng.random() < 0.4 else 0.0
+    height -= 1.6 * side
     first, last, tilt = _LOW[foot]
-    body_material = draw_housing(rng)
+    frame = draw_housing(rng)
     wood = body == "console" or (foot == "legs" and rng.random() < 0.5)
     screen = Material((0.04, 0.05, rng.uniform(0.05, 0.12)))
     if rng.random() < 0.4:
         hue = pick_material(rng, "paint").color
         screen = Material(hue, "checker", 1.0) if rng.random() < 0.3 else Material(hue)
-    frame = pick_material(rng, "wood") if wood else body_material
+    frame = pick_material(rng, "wood") if wood else frame
     return Plan(
         width=0.6 if body == "array" else 1.0,
         height=height + chin,

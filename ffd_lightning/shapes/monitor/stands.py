@@ -11,7 +11,7 @@ from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.legs import add_legs, draw_leg_style
 from ffd_lightning.shapes.kit.paths import bend, corners
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.vectors import UP, Array, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, lean, vec
 from ffd_lightning.shapes.monitor.bodies import grille
 from ffd_lightning.shapes.monitor.plan import Plan
 
@@ -27,9 +27,8 @@ def foot(b: Builder, rng: Rng, p: Plan, kind: str) -> None:
     reach, thick = share * rng.uniform(0.16, 0.32), rng.uniform(0.015, 0.04)
     z = _mount(p, -0.2)[2] + 0.03
     if kind == "disc":
-        rows = [(reach, 0), (reach, 0.6 * thick), (0.9 * reach, thick), (0.2 * reach, 1.3 * thick)]
-        squash = rng.uniform(0.55, 1.0)
-        b.lathe("base", p.stand, rows, (0, 0, z), segments=32, squash=squash)
+        rows = np.array([(1, 0), (1, 0.6), (0.9, 1), (0.2, 1.3)]) * (reach, thick)
+        b.lathe("base", p.stand, rows, (0, 0, z), segments=32, squash=rng.uniform(0.55, 1.0))
     elif kind == "plate":
         size, radius = (2 * reach, thick, rng.uniform(0.9, 1.5) * reach), rng.uniform(0.02, 0.6)
         middle = (0, thick / 2, z - 0.1 * reach)
@@ -50,8 +49,7 @@ def neck(b: Builder, rng: Rng, p: Plan, kind: str) -> None:
     hold = _mount(p, y)
     base, knee = vec(0, 0.01, hold[2] + 0.03), hold + vec(0, 0, 0.08)
     if kind == "twin":
-        for x in (-width, width):
-            shift = vec(x, 0, 0)
+        for shift in (vec(-width, 0, 0), vec(width, 0, 0)):
             b.cylinder("stand", p.stand, base + shift, hold + shift, 0.02, segments=12)
     elif kind == "round":
         b.cylinder("stand", p.stand, base, hold, 0.35 * width, radius_end=0.25 * width)
@@ -92,8 +90,7 @@ def wall(b: Builder, rng: Rng, p: Plan, folded: bool) -> None:
             beam(b, "stand", p.stand, end, elbow, width=0.03, height=0.05)
         b.cylinder("stand", p.stand, elbow - 0.035 * UP, elbow + 0.035 * UP, 0.022)
         return
-    for x in (-0.4 * wide, 0.4 * wide):
-        shift = vec(x, 0, 0)
+    for shift in (vec(-0.4 * wide, 0, 0), vec(0.4 * wide, 0, 0)):
         beam(b, "stand", p.stand, hold + shift, far + shift, width=0.03, height=plate[1])
 
 
@@ -106,9 +103,9 @@ def bracket(b: Builder, rng: Rng, p: Plan, solid: bool) -> None:
     path, half = bend([hold, heel, toe], 0.06), vec(wide / 2, 0, 0)
     if solid:
         sheet(b, "stand", p.stand, np.stack([path - half, path + half], 1), t)
-        return
-    rod = np.concatenate([path - half, (path + half)[::-1]])
-    b.tube("stand", p.stand, rod, t / 2 + 0.002, segments=10)
+    else:
+        rod = np.concatenate([path - half, (path + half)[::-1]])
+        b.tube("stand", p.stand, rod, t / 2 + 0.002, segments=10)
 
 
 def easel(b: Builder, rng: Rng, p: Plan) -> None:
@@ -116,14 +113,12 @@ def easel(b: Builder, rng: Rng, p: Plan) -> None:
     top, spread = rng.uniform(-0.1, 0.4), rng.uniform(0.25, 0.45)
     z, reach = 0.5 * p.thick + 0.5 * p.deep, rng.uniform(0.2, 0.4)
     for x, y, foot_z in ((-0.6, -0.3, 0.0), (0.6, -0.3, 0.0), (0, top, reach)):
-        head = p.at(x * spread, y, z)
-        out = vec(2 * x * spread, 0, z + foot_z)
-        b.cylinder("stand", p.stand, head, out, 0.022, radius_end=0.016, segments=10)
-    ends = p.at(-0.45, -0.3, z), p.at(0.45, -0.3, z)
-    beam(b, "stand", p.stand, *ends, width=0.03, height=0.04)
+        head, toe = p.at(x * spread, y, z), vec(2 * x * spread, 0, z + foot_z)
+        b.cylinder("stand", p.stand, head, toe, 0.022, radius_end=0.016, segments=10)
+    beam(b, "stand", p.stand, p.at(-0.45, -0.3, z), p.at(0.45, -0.3, z), width=0.03, height=0.04)
 
 
-def _depth(p: Plan) -> tuple[float, float]:
+def _depth(p: Plan) -> Pair:
     """Return the z of a deep housing's front and of where it can be carried at the back."""
     return -0.5 * p.thick, max(0.5 * p.thick, 0.6 * p.deep)
 
@@ -141,11 +136,10 @@ def legs(b: Builder, rng: Rng, p: Plan) -> None:
 
 def swivel(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a round foot with a bowl on it."""
-    r, z, low = rng.uniform(0.2, 0.34), 0.3 * p.deep, p.low
-    rows = [(r, 0), (r, 0.25 * low), (0.55 * r, 0.5 * low)]
-    b.lathe("base", p.stand, rows, (0, 0, z), segments=32)
-    rows = [(0.6 * r, 0.4 * low), (0.8 * r, 0.7 * low), (0.95 * r, low + 0.04)]
-    b.lathe("stand", p.stand, rows, (0, 0, z), segments=32)
+    r, at, low = rng.uniform(0.2, 0.34), (0, 0, 0.3 * p.deep), p.low
+    b.lathe("base", p.stand, [(r, 0), (r, 0.25 * low), (0.55 * r, 0.5 * low)], at, segments=32)
+    bowl = [(0.6 * r, 0.4 * low), (0.8 * r, 0.7 * low), (0.95 * r, low + 0.04)]
+    b.lathe("stand", p.stand, bowl, at, segments=32)
 
 
 def pads(b: Builder, rng: Rng, p: Plan) -> None:
@@ -163,8 +157,8 @@ def computer(b: Builder, rng: Rng, p: Plan) -> None:
     b.rounded_box("base", p.frame, (0, tall / 2, z), (wide, tall, deep), 0.02)
     b.rounded_box("stand", p.frame, (0, tall, z), (0.5, 0.1, 0.6 * deep), 0.02)
     for x in (0.1, 0.33)[: int(rng.integers(1, 3))]:
-        middle = (x * wide, 0.6 * tall, z - deep / 2)
-        b.box("button", p.back, middle, (0.18 * wide, 0.25 * tall, 0.02))
+        drive = (0.18 * wide, 0.25 * tall, 0.02)
+        b.box("button", p.back, (x * wide, 0.6 * tall, z - deep / 2), drive)
     b.box("button", p.accent, (-0.4 * wide, 0.5 * tall, z - deep / 2), (0.05, 0.03, 0.02))
 
 
@@ -174,9 +168,9 @@ def pedestal(b: Builder, rng: Rng, p: Plan) -> None:
     wide, z = rng.uniform(0.9, 1.0) * p.width, (front + back) / 2 + 0.01
     b.rounded_box("base", p.frame, (0, p.low / 2, z), (wide, p.low + 0.01, back - front), 0.015)
     count, cones = int(rng.integers(1, 3)), rng.random() < 0.4
+    size = ((0.9 if count == 1 else 0.42) * wide, 0.7 * p.low)
     for x in (np.arange(count) - (count - 1) / 2) * 0.46 * wide:
-        middle = vec(x, 0.5 * p.low, front + 0.01)
-        grille(b, rng, p, middle, ((0.9 if count == 1 else 0.42) * wide, 0.7 * p.low), cones)
+        grille(b, rng, p, vec(x, 0.5 * p.low, front + 0.01), size, cones)
 
 
 def sides(b: Builder, rng: Rng, p: Plan) -> None:
@@ -231,18 +225,18 @@ def handle(b: Builder, rng: Rng, p: Plan) -> None:
 _FLAT, _POSTED = ("panel", "curved", "array"), ("plate", "disc", "v", "floor")
 _DESK = ("plate", "disc", "v", "sheet", "hoop", "swivel", "computer")
 _BARRED = ("plate", "floor", "arm", "rails", "easel")
-_ONE = {"body": ("panel", "curved")}
+_PANEL, _ONE = {"body": ("panel",)}, {"body": ("panel", "curved")}
 FEET = (
     Component("plate", 2, partial(foot, kind="plate"), {"body": _FLAT}),
     Component("disc", 1.5, partial(foot, kind="disc"), {"body": _FLAT}),
     Component("v", 1, partial(foot, kind="v"), {"body": _FLAT}),
     Component("floor", 1, partial(foot, kind="plate"), {"body": _FLAT}),
-    Component("feet", 2, feet, {"body": ("panel",)}),
+    Component("feet", 2, feet, _PANEL),
     Component("arm", 0.7, partial(wall, folded=True), _ONE),
     Component("rails", 0.5, partial(wall, folded=False), _ONE),
-    Component("sheet", 1, partial(bracket, solid=True), {"body": ("panel",)}),
-    Component("hoop", 0.8, partial(bracket, solid=False), {"body": ("panel",)}),
-    Component("easel", 0.8, easel, {"body": ("panel",)}),
+    Component("sheet", 1, partial(bracket, solid=True), _PANEL),
+    Component("hoop", 0.8, partial(bracket, solid=False), _PANEL),
+    Component("easel", 0.8, easel, _PANEL),
     Component("legs", 1, legs, {"body": ("tube", "console")}),
     Component("swivel", 2, swivel, {"body": ("tube",)}),
     Component("pads", 1.5, pads, {"body": ("tube", "console")}),
@@ -256,8 +250,8 @@ NECKS = (
 )
 SOUNDS = (
     Component("none", 4, nothing),
-    Component("sides", 1, sides, {"body": ("panel",)}),
-    Component("bar", 1, bar, {"body": ("panel",), "foot": _BARRED}),
+    Component("sides", 1, sides, _PANEL),
+    Component("bar", 1, bar, {**_PANEL, "foot": _BARRED}),
 )
 EXTRAS = (
     Component("none", 6, nothing),
