@@ -14,7 +14,7 @@ from ffd_lightning.shapes.lamp.stems import STEMS
 def assemble(rng: Rng, chosen: Chosen) -> Builder:
     """Build a lamp of its components."""
     b, plan = Builder(), chosen["place"].build(rng)
-    plan = replace(plan, foot=chosen["base"].build(b, rng, plan))
+    plan = replace(plan, foot=chosen["base"].build(b, rng, plan) or 0.0)
     sockets = chosen["stem"].build(b, rng, plan)
     chosen["head"].build(b, rng, plan, sockets)
     return b

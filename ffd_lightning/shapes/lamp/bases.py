@@ -1,4 +1,4 @@
-"""What carries a lamp's stem, and turned bodies. Bases return how far they stand out."""
+"""What carries a lamp's stem, and turned bodies. Bases return how far they stand out, if at all."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, nothing
 from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, lean
 from ffd_lightning.shapes.lamp.plan import Plan, Socket
 
@@ -37,11 +37,6 @@ def turned(
     b.loft(part, skin, rings, caps=bool((profile[0] != profile[-1]).any()))
 
 
-def bare(b: Builder, rng: Rng, p: Plan) -> float:
-    """Add nothing: the stem stands by itself or brings what carries it."""
-    return 0.0
-
-
 _ARCH = np.linspace(0, 1.45, 7)
 _FEET = {  # (radius, height) rows relative to the foot's
     "disc": [(1, 0), (1, 0.85), (0.97, 1), (0.1, 1)],
@@ -55,9 +50,8 @@ def foot(b: Builder, rng: Rng, p: Plan, kind: str) -> float:
     shape = draw(rng, ["round", "square", "hexagon"], [0.7, 0.2, 0.1])
     height = p.radius * (rng.uniform(0.1, 0.3) if rng.random() < 0.7 else rng.uniform(0.3, 0.9))
     rows = np.array(_FEET[kind]) * (p.radius, height)
-    turned(
-        b, "base", p.metal if rng.random() < 0.5 else p.body, rows, Socket(0 * UP), outline(shape)
-    )
+    skin = p.metal if rng.random() < 0.5 else p.body
+    turned(b, "base", skin, rows, Socket(0 * UP), outline(shape))
     return height - 0.002
 
 
@@ -81,8 +75,8 @@ _ON_FOOT = ("none", "vase", "stack", "block", "loop", "pole", "jointed", "branch
 _ROOM = {"place": ("table", "floor", "desk", "garden"), "stem": (*_ON_FOOT, "tree", "bow")}
 _HUNG = {"place": ("ceiling",), "stem": ("none", "cord", "chandelier", "drops", "wheel")}
 BASES = (
-    Component("bare", 1.5, bare, _ALONE),
-    Component("bare", 1, bare, {"stem": ("cords",)}),
+    Component("bare", 1.5, nothing, _ALONE),
+    Component("bare", 1, nothing, {"stem": ("cords",)}),
     *(Component(kind, 1, partial(foot, kind=kind), _ROOM) for kind in _FEET),
     Component("rose", 1, rose, _HUNG),
     Component("plate", 1, plate, {"place": ("wall",)}),

@@ -38,9 +38,8 @@ def _draw_shape(rng: Rng, sockets: Sockets, plain: float) -> Array:
     """Draw a cross-section: round where there are many or with probability `plain`."""
     if len(sockets) > 3:
         return outline("few")
-    return outline(
-        "round" if rng.random() < plain else draw(rng, ["square", "hexagon", "fluted", "oval"])
-    )
+    others = ["square", "hexagon", "fluted", "oval"]
+    return outline("round" if rng.random() < plain else draw(rng, others))
 
 
 def _draw_shade(rng: Rng, sockets: Sockets, height: float, mouth: float) -> Array:
@@ -77,8 +76,8 @@ def cloth(b: Builder, rng: Rng, p: Plan, sockets: Sockets) -> None:
         _bulb(b, p, s, low, bulb)
         b.cylinder("pole", p.metal, s.point(-0.01), s.point(low + 0.01), 0.004 + 0.04 * s.wide)
         b.tube("shade", p.metal, harp + s.point(low), 0.004, segments=4)
-        knob = s.point(gap + tall + 0.01)
-        b.ellipsoid("shade", p.metal, knob, (0.012, 0.02, 0.012), segments=8)
+        top = s.point(gap + tall + 0.01)
+        b.ellipsoid("shade", p.metal, top, (0.012, 0.02, 0.012), segments=8)
 
 
 def globe(b: Builder, rng: Rng, p: Plan, sockets: Sockets) -> None:
@@ -103,6 +102,7 @@ def lantern(b: Builder, rng: Rng, p: Plan, sockets: Sockets) -> None:
     wide, shape = 0.8 * sockets[0].wide, outline(draw(rng, ["square", "hexagon"]))
     tall, waist, rise, eave = wide * rng.uniform((1.5, 0.55, 0.35, 1.1), (3.2, 1.0, 1.1, 1.4))
     pane = pick_material(rng, "glass") if rng.random() < 0.75 else p.skin
+    sill = [(0.5 * waist, -0.01), (1.1 * waist, 0.01), (waist, 0.03)]
     t, power = np.linspace(0, 1, 6), rng.uniform(0.6, 1.3)
     roof = np.stack([eave + (0.16 * wide - eave) * t**power, tall + rise * t], 1)
     knob = wide * np.array([(0.1, -0.1), (0.2, 0.15), (0.05, 0.4)])
@@ -111,9 +111,7 @@ def lantern(b: Builder, rng: Rng, p: Plan, sockets: Sockets) -> None:
     for one in sockets:
         drop = tall + rise + 0.35 * wide if one.turn[1, 1] < 0 else 0.0
         s = Socket(one.at - drop * UP)
-        turned(
-            b, "base", p.metal, [(0.5 * waist, -0.01), (1.1 * waist, 0.01), (waist, 0.03)], s, shape
-        )
+        turned(b, "base", p.metal, sill, s, shape)
         turned(b, "shade", pane, [(0.93 * waist, 0.025), (0.93 * wide, tall)], s, shape)
         for x, z in shape:
             post = np.array([(x * waist, 0.02, z * waist), (x * wide, tall, z * wide)])

@@ -16,17 +16,11 @@ FLIP = lean(180)
 
 
 class Socket(NamedTuple):
-    """Where something is mounted.
+    """Where something is mounted."""
 
-    Attributes:
-        at: its lower end, or its upper end where it hangs.
-        turn: (3, 3), whose y axis points from there into it.
-        wide: radius of a shade that suits the place.
-    """
-
-    at: Array
-    turn: Array = np.eye(3)
-    wide: float = 0.0
+    at: Array  # (3,) its lower end, or its upper end where it hangs
+    turn: Array = np.eye(3)  # its y axis points from there into it
+    wide: float = 0.0  # radius of a shade that suits the place
 
     def point(self, out: float) -> Array:
         """Return the point `out` along the axis."""
@@ -38,33 +32,21 @@ Sockets = list[Socket]
 
 @dataclass(frozen=True)
 class Plan:
-    """A lamp's sizes and materials; ceilings are at height 0, walls at z = 0.
+    """A lamp's sizes and materials; ceilings are at height 0, walls at z = 0."""
 
-    Attributes:
-        place: where it stands or hangs.
-        height: of the stem, or its length below a ceiling, or the height of a plate on a wall.
-        radius: of the foot, the rose or the plate.
-        wide: radius of a single shade.
-        slender: height of a shade relative to its radius.
-        foot: how far the base stands out from what carries it.
-        metal: what poles and fittings are of.
-        body: what bases are of.
-        skin: what shades are of.
-    """
+    place: str  # one of `PLACES`
+    height: float  # of the stem, its length below a ceiling, or of a plate on a wall
+    radius: float  # of the foot, the rose or the plate
+    wide: float  # radius of a single shade
+    slender: float  # height of a shade relative to its radius
+    foot: float  # how far the base stands out from what carries it
+    metal: Material  # of poles and fittings
+    body: Material  # of bases
+    skin: Material  # of shades
 
-    place: str
-    height: float
-    radius: float
-    wide: float
-    slender: float
-    foot: float
-    metal: Material
-    body: Material
-    skin: Material
-
-    def heads(self, height: float, turn: Array) -> Sockets:
+    def heads(self, height: float, hung: bool = False) -> Sockets:
         """Return one socket on the axis."""
-        return [Socket(height * UP, turn, self.wide)]
+        return [Socket(height * UP, FLIP if hung else np.eye(3), self.wide)]
 
 
 _PLACES = {  # weight, and ranges of height, radius, wide
@@ -83,7 +65,7 @@ def draw_plan(rng: Rng, place: str) -> Plan:
     slender = rng.uniform(0.5, 1.3) if rng.random() < 0.6 else rng.uniform(1.2, 2.6)
     metal = pick_material(rng, draw(rng, ["metal", "paint"], [0.8, 0.2]))
     if rng.random() < 0.35:
-        metal = Material((0.82, 0.62, 0.34)) if rng.random() < 0.5 else Material((0.6, 0.42, 0.2))
+        metal = Material((0.82, 0.62, 0.34) if rng.random() < 0.5 else (0.6, 0.42, 0.2))
     kinds = ["paint", "wood", "metal", "plastic"]
     body = pick_material(rng, draw(rng, kinds, [0.4, 0.3, 0.2, 0.1]))
     kinds = ["fabric", "paint", "metal", "glass"]

@@ -15,12 +15,10 @@ from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, about_z, lean, 
 from ffd_lightning.shapes.lamp.bases import ROUND, outline, turned
 from ffd_lightning.shapes.lamp.plan import FLIP, Plan, Socket, Sockets
 
-_STAND = np.eye(3)
-
 
 def none(b: Builder, rng: Rng, p: Plan) -> Sockets:
     """Add nothing: the head sits on the base."""
-    return p.heads(p.foot, FLIP if p.place == "ceiling" else _STAND)
+    return p.heads(p.foot, hung=p.place == "ceiling")
 
 
 def _vase_rows(rng: Rng, radius: float, height: float, neck: float) -> Array:
@@ -39,7 +37,7 @@ def vase(b: Builder, rng: Rng, p: Plan) -> Sockets:
     twist = rng.uniform(-150, 150) if kind in ("fluted", "square") else 0.0
     rows = _vase_rows(rng, p.radius * rng.uniform(0.6, 1.0), p.height, 0.016)
     turned(b, "base", p.body, rows, Socket(p.foot * UP), outline(kind), twist)
-    return p.heads(p.foot + p.height, _STAND)
+    return p.heads(p.foot + p.height)
 
 
 def stack(b: Builder, rng: Rng, p: Plan) -> Sockets:
@@ -49,13 +47,11 @@ def stack(b: Builder, rng: Rng, p: Plan) -> Sockets:
     a, power = np.linspace(-1.5, 1.5, 15), draw(rng, ["0.1", "0.6", "1"])
     shares = np.linspace(1, rng.uniform(0.4, 1.1), int(rng.integers(2, 7)))
     for i, size in enumerate(shares / shares.sum() * p.height):
-        skin = p.metal if i % 2 else p.body
-        rows = np.stack(
-            [0.85 * p.radius * shares[i] * np.cos(a) ** float(power), 0.51 * size * np.sin(a)], 1
-        )
+        widths = 0.85 * p.radius * shares[i] * np.cos(a) ** float(power)
+        rows, skin = np.stack([widths, 0.51 * size * np.sin(a)], 1), p.metal if i % 2 else p.body
         turned(b, "base", skin, rows, Socket((low + size / 2) * UP, about_y(30.0 * i)), shape)
         low += size
-    return p.heads(low, _STAND)
+    return p.heads(low)
 
 
 def block(b: Builder, rng: Rng, p: Plan) -> Sockets:
@@ -64,7 +60,7 @@ def block(b: Builder, rng: Rng, p: Plan) -> Sockets:
     rows = [(low, 0), (high, 0.97 * p.height), (0.92 * high, p.height)]
     shape = outline(draw(rng, ["square", "hexagon", "round"])) * (1, rng.uniform(0.4, 1.0))
     turned(b, "base", p.body, rows, Socket(p.foot * UP), shape)
-    return p.heads(p.foot + p.height, _STAND)
+    return p.heads(p.foot + p.height)
 
 
 def loop(b: Builder, rng: Rng, p: Plan) -> Sockets:
@@ -73,7 +69,7 @@ def loop(b: Builder, rng: Rng, p: Plan) -> Sockets:
     ring = superellipse(rng.uniform(0, 0.9), 40)[[*range(40), 0]]
     flat = ring * (rng.uniform(0.4, 1.1) * half, half - 0.8 * thick) + (0, p.foot + half)
     b.tube("base", p.body, np.insert(flat, 2, 0, axis=1), thick)
-    return p.heads(p.foot + p.height, _STAND)
+    return p.heads(p.foot + p.height)
 
 
 def tripod(b: Builder, rng: Rng, p: Plan) -> Sockets:
@@ -89,7 +85,7 @@ def tripod(b: Builder, rng: Rng, p: Plan) -> Sockets:
         level = rng.uniform(0.2, 0.5)
         tray = spread * (1 - level) + 0.6 * k * level
         b.lathe("base", p.body, [(tray, 0), (tray, 0.02)], level * joint * UP)
-    return p.heads(p.height, _STAND)
+    return p.heads(p.height)
 
 
 def pole(b: Builder, rng: Rng, p: Plan) -> Sockets:
@@ -102,7 +98,7 @@ def pole(b: Builder, rng: Rng, p: Plan) -> Sockets:
     if p.place == "floor" and rng.random() < 0.15:
         tray = p.radius * rng.uniform(1.0, 1.4)
         b.lathe("base", p.body, [(tray, 0), (tray, 0.02)], 0.4 * p.height * UP)
-    return p.heads(p.foot + p.height, _STAND)
+    return p.heads(p.foot + p.height)
 
 
 def jointed(b: Builder, rng: Rng, p: Plan) -> Sockets:
@@ -117,8 +113,8 @@ def jointed(b: Builder, rng: Rng, p: Plan) -> Sockets:
     for x in (-gap, gap) if gap else (0.0,):
         for one, other in ((start, elbow), (rear, end)):
             b.cylinder("arm", p.metal, one + (x, 0, 0), other + (x, 0, 0), 0.7 * k)
+    axle = vec(k + gap, 0, 0)
     for joint in (start, elbow, end):
-        axle = vec(k + gap, 0, 0)
         b.cylinder("arm", p.body, joint - axle, joint + axle, 1.8 * k, segments=16)
     return [Socket(end, lean(rng.uniform(0, 55)) @ FLIP, min(p.wide, 0.45 * upper))]
 
@@ -185,7 +181,7 @@ def cord(b: Builder, rng: Rng, p: Plan) -> Sockets:
     """Add a cord or a rod below the ceiling."""
     end, r = p.foot - p.height, rng.uniform(0.004, 0.014)
     b.cylinder("pole", p.metal, (p.foot + 0.01) * UP, (end - 0.005) * UP, r)
-    return p.heads(end, FLIP)
+    return p.heads(end, hung=True)
 
 
 def cords(b: Builder, rng: Rng, p: Plan) -> Sockets:
@@ -225,7 +221,7 @@ def wheel(b: Builder, rng: Rng, p: Plan) -> Sockets:
     for point in circle(int(rng.integers(3, 5)), (r + out) / 2, end - 0.004, 20):
         b.cylinder("pole", p.metal, (p.foot + 0.005) * UP, point, 0.005, segments=6)
     wide = r * min(rng.uniform(0.15, 0.35), 0.8 * np.sin(np.pi / count))
-    return [Socket(at, _STAND, wide) for at in circle(count, (r + out) / 2, end)]
+    return [Socket(at, wide=wide) for at in circle(count, (r + out) / 2, end)]
 
 
 def bracket(b: Builder, rng: Rng, p: Plan, sign: int) -> Sockets:
@@ -237,7 +233,7 @@ def bracket(b: Builder, rng: Rng, p: Plan, sign: int) -> Sockets:
         points = [(0, 0, -0.01), (0, sign * sag, -0.4 * reach), (x, -sign * (0.05 + sag), z)]
         path = bend([*points, (x, sign * 0.025, z)], 0.1, 6)
         b.tube("arm", p.metal, path, 0.009, segments=8)
-        sockets.append(Socket(path[-1], _STAND if sign > 0 else FLIP, p.wide))
+        sockets.append(Socket(path[-1], np.eye(3) if sign > 0 else FLIP, p.wide))
     return sockets
 
 
