@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from ffd_lightning.shapes.kit import Builder, Chosen, Component, Product, Rng
-from ffd_lightning.shapes.speaker.hifi import bookshelf, soundbar, stand, tower
-from ffd_lightning.shapes.speaker.horn import horn
-from ffd_lightning.shapes.speaker.pod import pod
+from ffd_lightning.shapes.speaker.hifi import bookshelf, soundbar, stand, subwoofer, tower
 from ffd_lightning.shapes.speaker.portable import portable
-from ffd_lightning.shapes.speaker.speaker_set import speaker_set
-from ffd_lightning.shapes.speaker.stage import amplifier, stage
-from ffd_lightning.shapes.speaker.subwoofer import subwoofer
+from ffd_lightning.shapes.speaker.sets import pod, speaker_set
+from ffd_lightning.shapes.speaker.stage import amplifier, horn, stage
 
 
 def assemble(rng: Rng, chosen: Chosen) -> Builder:
     """Build a speaker; each kind draws all of its own."""
-    found: Builder = chosen["kind"].build(rng)
-    return found
+    b = Builder()
+    chosen["kind"].build(b, rng)
+    return b
 
 
 KINDS = (

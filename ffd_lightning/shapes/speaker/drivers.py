@@ -71,21 +71,16 @@ def add_driver(
     b: Builder, finish: Finish, kind: str, center: ArrayLike, radius: float, turn: Array
 ) -> None:
     """Add a "woofer" (rim, surround, sunk cone, cap) or a "tweeter" (plate, dome) facing -z."""
-    r = radius
-    rim = [(1.0, -0.01), (1.0, 0.05), (0.97, 0.08), (0.86, 0.08), (0.84, 0.03)]
-    add_skin(b, "driver", finish.rim, r * np.array(rim), center, turn)
-    matrix = turn @ FORWARD
+    rim = (finish.rim, [(1.0, -0.01), (1.0, 0.05), (0.97, 0.08), (0.86, 0.08), (0.84, 0.03)])
     if kind == "tweeter":
-        flare = [(0.85, 0.04), (0.5, -0.05), (0.42, -0.06), (0.36, -0.02)]
-        add_skin(b, "driver", finish.rim, r * np.array(flare), center, turn)
-        a = np.linspace(0, 1.5, 6)
-        dome = np.stack([0.38 * np.cos(a), 0.3 * np.sin(a) - 0.04], 1)
-        b.lathe("driver", finish.cap, r * dome, center, segments=20, turn=matrix)
-        return
-    roll = [(0.85, 0.03), (0.82, 0.09), (0.77, 0.11), (0.72, 0.08), (0.7, 0.0)]
-    add_skin(b, "driver", BLACK, r * np.array(roll), center, turn)
-    rows = r * np.array([(0.71, 0.01), (0.45, -0.17), (0.24, -0.34)])
-    add_skin(b, "driver", finish.cone, rows, center, turn)
-    a = np.linspace(0, 1.5, 5)
-    cap = np.stack([0.27 * np.cos(a), 0.16 * np.sin(a) - 0.33], 1)
-    b.lathe("driver", finish.cap, r * cap, center, segments=20, turn=matrix)
+        skins = [rim, (finish.rim, [(0.85, 0.04), (0.5, -0.05), (0.42, -0.06), (0.36, -0.02)])]
+        steps, wide, tall, sink = 6, 0.38, 0.3, 0.04
+    else:
+        roll = (BLACK, [(0.85, 0.03), (0.82, 0.09), (0.77, 0.11), (0.72, 0.08), (0.7, 0.0)])
+        skins = [rim, roll, (finish.cone, [(0.71, 0.01), (0.45, -0.17), (0.24, -0.34)])]
+        steps, wide, tall, sink = 5, 0.27, 0.16, 0.33
+    for skin, rows in skins:
+        add_skin(b, "driver", skin, radius * np.array(rows), center, turn)
+    a = np.linspace(0, 1.5, steps)
+    cap = radius * np.stack([wide * np.cos(a), tall * np.sin(a) - sink], 1)
+    b.lathe("driver", finish.cap, cap, center, segments=20, turn=turn @ FORWARD)

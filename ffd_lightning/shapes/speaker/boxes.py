@@ -14,51 +14,31 @@ from ffd_lightning.shapes.speaker.drivers import BLACK, Finish, add_driver, add_
 
 Units = list[tuple[str, float]]
 """What is mounted in a front: (kind, radius) each."""
-_PER_SIDE = 7  # points on each side of a rectangular ring
 
 
 @dataclass(frozen=True)
 class Bay:
-    """One rectangle of a cabinet's front and what is mounted in its middle.
+    """One rectangle of a cabinet's front and what is mounted in its middle."""
 
-    Attributes:
-        kind: "woofer", "tweeter", "port", "slot", "horn" or "blank".
-        radius: of what is mounted (half the width of a horn or a slot).
-        center: (x, y) from the middle of the front.
-        size: (width, height).
-    """
-
-    kind: str
-    radius: float
-    center: Pair
-    size: Pair
+    kind: str  # "woofer", "tweeter", "port", "slot", "horn" or "blank"
+    radius: float  # of what is mounted (half the width of a horn or a slot)
+    center: Pair  # (x, y) from the middle of the front
+    size: Pair  # (width, height)
 
 
 @dataclass(frozen=True)
 class Cabinet:
-    """A box that stands on a level floor, bevelled and drilled at the front.
+    """A box that stands on a level floor, bevelled and drilled at the front. Metres, degrees."""
 
-    Attributes:
-        width: of the front.
-        height: of the front, along its slope.
-        depth: from front to back.
-        foot: (3,) the middle of the front's lower edge.
-        tilt: degrees by which the front leans back.
-        yaw: degrees by which it is turned about the vertical.
-        bevel: of the front's edges.
-        back: width of the back over that of the front.
-        curve: 1 for straight sides, more for bowed ones.
-    """
-
-    width: float
-    height: float
-    depth: float
-    foot: Triple = (0.0, 0.0, 0.0)
-    tilt: float = 0.0
-    yaw: float = 0.0
-    bevel: float = 0.008
-    back: float = 1.0
-    curve: float = 1.0
+    width: float  # of the front
+    height: float  # of the front, along its slope
+    depth: float  # from front to back
+    foot: Triple = (0.0, 0.0, 0.0)  # the middle of the front's lower edge
+    tilt: float = 0.0  # by which the front leans back
+    yaw: float = 0.0  # by which it is turned about the vertical
+    bevel: float = 0.008  # of the front's edges
+    back: float = 1.0  # width of the back over that of the front
+    curve: float = 1.0  # 1 for straight sides, more for bowed ones
 
     @property
     def turn(self) -> Array:
@@ -75,17 +55,44 @@ class Cabinet:
         local = np.asarray(points, float) + self.height / 2 * UP
         return local @ self.turn.T + np.asarray(self.foot)
 
+    def bays(self, units: Units, blank: float = 0.0, across: bool = False) -> list[Bay]:
+        """Tile the front with one bay for each unit, from below on.
 
-def draw_cabinet(
-    rng: Rng, width: Pair, height: Pair, depth: Pair, foot: Triple = (0.0, 0.0, 0.0)
-) -> Cabinet:
-    """Draw the sizes within their ranges, the bevel, and straight, tapered or bowed sides."""
+        `across` puts them side by side, from the left on. Radii are shrunk where they do not fit;
+        `blank` is the share of the spare length that is left empty at the start.
+        """
+        wide, long = self.face[::-1] if across else self.face
+        radii = np.minimum([r for _, r in units], 0.46 * wide)
+        flat = np.array([0.55 if kind in ("slot", "horn") else 1.0 for kind, _ in units])
+        needs = 2.2 * radii * (1.0 if across else flat)
+        shrink = min(1.0, 0.97 * long / needs.sum())
+        spare = long - shrink * needs.sum()
+        lengths = [blank * spare, *(shrink * needs + (1 - blank) * spare / len(units))]
+        kinds = [("blank", 0.0), *zip([k for k, _ in units], shrink * radii, strict=True)]
+        bays, start = [], -long / 2
+        for (kind, r), length in zip(kinds, lengths, strict=True):
+            middle = start + length / 2
+            start += length
+            if length > 1e-3 * long:
+                place, size = (middle, 0.0), (length, wide)
+                if not across:
+                    place, size = place[::-1], size[::-1]
+                bays.append(Bay(kind, float(r), place, size))
+        return bays
+
+    def share_below(self, bay: Bay) -> float:
+        """Return the share of the front's height that ends with `bay`."""
+        return 0.5 + (bay.center[1] + bay.size[1] / 2) / self.face[1]
+
+
+def draw_cabinet(rng: Rng, width: Pair, height: Pair, depth: Pair, low: float = 0.0) -> Cabinet:
+    """Draw sizes within ranges, the bevel, and the sides of a cabinet `low` above the ground."""
     w, h, d = rng.uniform(*width), rng.uniform(*height), rng.uniform(*depth)
     side = draw(rng, ["straight", "tapered", "bowed"], [0.6, 0.15, 0.25])
     back = 1.0 if side == "straight" else rng.uniform(0.4, 0.8)
     curve = rng.uniform(1.8, 3.0) if side == "bowed" else 1.0
     bevel = w * rng.uniform(0.02, 0.1)
-    return Cabinet(width=w, height=h, depth=d, foot=foot, bevel=bevel, back=back, curve=curve)
+    return Cabinet(w, h, d, (0, low, 0), bevel=bevel, back=back, curve=curve)
 
 
 def two_way(rng: Rng, width: float) -> Units:
@@ -104,38 +111,9 @@ def two_way(rng: Rng, width: float) -> Units:
     return units
 
 
-def row_of_bays(face: Pair, units: Units, blank: float = 0.0, across: bool = False) -> list[Bay]:
-    """Tile a front with one bay for each (kind, radius), from below (or from the left) on.
-
-    Args:
-        face: width and height of the front.
-        units: the radii are shrunk where they do not fit.
-        blank: share of the spare length that is left empty at the start.
-        across: side by side, not one above the other.
-    """
-    wide, long = face[::-1] if across else face
-    radii = np.minimum([r for _, r in units], 0.46 * wide)
-    flat = np.array([0.55 if kind in ("slot", "horn") else 1.0 for kind, _ in units])
-    needs = 2.2 * radii * (1.0 if across else flat)
-    shrink = min(1.0, 0.97 * long / needs.sum())
-    spare = long - shrink * needs.sum()
-    lengths = [blank * spare, *(shrink * needs + (1 - blank) * spare / len(units))]
-    kinds = [("blank", 0.0), *zip([k for k, _ in units], shrink * radii, strict=True)]
-    bays, start = [], -long / 2
-    for (kind, r), length in zip(kinds, lengths, strict=True):
-        middle = start + length / 2
-        start += length
-        if length > 1e-3 * long:
-            place, size = (middle, 0.0), (length, wide)
-            turned = (place[::-1], size[::-1])
-            bays.append(Bay(kind, float(r), *((place, size) if across else turned)))
-    return bays
-
-
 def _rectangle(width: float, height: float) -> Array:
     """Return points (k, 2) evenly around a rectangle, counterclockwise from its lower left."""
-    t = 2 * np.arange(_PER_SIDE) / _PER_SIDE - 1
-    one = np.ones(_PER_SIDE)
+    t, one = 2 * np.arange(7) / 7 - 1, np.ones(7)  # seven points on each side
     sides = [(t, -one), (one, t), (-t, one), (-one, -t)]
     return np.concatenate([np.stack(s, 1) for s in sides]) * np.array([width, height]) / 2
 
@@ -156,8 +134,7 @@ def add_cabinet(b: Builder, cabinet: Cabinet, finish: Finish, bays: Sequence[Bay
         share = 1 - (1 - cabinet.back) * (z / cabinet.depth) ** cabinet.curve
         flat = _rectangle(cabinet.width * share - 2 * inset, cabinet.height - 2 * inset)
         # The underside stays level however far the front leans back.
-        rise = 0.5 - flat[:, 1] / cabinet.height
-        flat[:, 1] += rise * slope * z
+        flat[:, 1] += (0.5 - flat[:, 1] / cabinet.height) * slope * z
         rings.append(_lift(flat, z))
     b.loft("body", finish.body, [cabinet.world(r) for r in rings], caps=False)
     ends = [rings[-1], rings[-1] * vec(0.03, 0.03, 1) + rings[-1][:, 1].mean() * UP]
@@ -191,8 +168,3 @@ def _add_bay(b: Builder, cabinet: Cabinet, finish: Finish, bay: Bay) -> None:
         add_port(b, finish, center, bay.radius, deep, cabinet.turn)
     else:
         add_driver(b, finish, bay.kind, center, bay.radius, cabinet.turn)
-
-
-def share_below(cabinet: Cabinet, bay: Bay) -> float:
-    """Return the share of the front's height that ends with `bay`."""
-    return 0.5 + (bay.center[1] + bay.size[1] / 2) / cabinet.face[1]
