@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.firearm.plan import BLACK, Plan, at, bar, block, nothing, sweep
-from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw
+from ffd_lightning.shapes.firearm.plan import BLACK, Plan, at, bar, block, sweep
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, nothing
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import Pair
 
@@ -26,8 +26,8 @@ def slide(b: Builder, rng: Rng, p: Plan, opened: bool) -> None:
     rows = [(0, -high, high, wide), (0.8 * back, -high, high, wide)]
     bar(b, "body", p.steel, [*rows, (back, nose - high, high - 0.3 * nose, 0.9 * wide)], 0.8)
     if opened:
-        for side in (-1, 1):
-            knob = at(0.3 * back, 0.5 * high), at(0.3 * back, 0.5 * high, 0.64 * side * wide)
+        for side in (-0.64, 0.64):
+            knob = at(0.3 * back, 0.5 * high), at(0.3 * back, 0.5 * high, side * wide)
             b.cylinder("body", p.steel, *knob, 0.5 * high)
     else:
         for f in np.linspace(0.009, rng.uniform(0.026, 0.045), int(rng.integers(4, 8))):
@@ -75,9 +75,8 @@ def receiver(b: Builder, rng: Rng, p: Plan, boxiness: float) -> None:
     bar(b, "body", p.body, rows, boxiness)
     port = at(0.6 * p.length, 0.45 * high, 0.25 * wide)
     b.box("body", BLACK, port, (0.52 * wide, 0.5 * high, rng.uniform(0.05, 0.08)))
-    f = rng.uniform(0.4, 0.8) * p.length
-    ends = at(f, 0.3 * high), at(f, 0.3 * high, 0.9 * wide)
-    b.cylinder("body", p.steel, *ends, 0.006, segments=10)
+    handle = at(rng.uniform(0.4, 0.8) * p.length, 0.3 * high)
+    b.cylinder("body", p.steel, handle, handle + (0.9 * wide, 0, 0), 0.006, segments=10)
 
 
 def action(b: Builder, rng: Rng, p: Plan) -> None:
@@ -96,8 +95,8 @@ def action(b: Builder, rng: Rng, p: Plan) -> None:
 def sides(b: Builder, rng: Rng, p: Plan, levered: bool) -> None:
     """Add a receiver of flat sides; a lever around the hand, and a hammer."""
     rows = [(0, p.low + 0.012, p.high - 0.01, 0.7 * p.wide), (0.03, p.low, p.high, p.wide)]
-    rows += [(p.length, p.low + rng.uniform(0, 0.01), p.high, p.wide)]
-    bar(b, "body", p.steel, rows, boxiness=0.65)
+    front = (p.length, p.low + rng.uniform(0, 0.01), p.high, p.wide)
+    bar(b, "body", p.steel, [*rows, front], boxiness=0.65)
     if levered:
         f, drop = p.hold, p.low - rng.uniform(0.045, 0.06)
         path = [(f + 0.1, p.low + 0.01), (f + 0.09, drop), (f - 0.02, drop)]
@@ -171,8 +170,7 @@ def guarded(b: Builder, rng: Rng, p: Plan) -> None:
 def split(b: Builder, rng: Rng, p: Plan, offsets: tuple[tuple[int, int], ...], front: str) -> None:
     """Add barrels with (side, up) `offsets` in radii, and a pump or a wedge of wood below them."""
     for side, up in offsets:
-        place = (up * p.bore, side * p.bore)
-        _tube(b, p.steel, 0.4 * p.length, [(p.end, 0.9 * p.bore)], place)
+        _tube(b, p.steel, 0.4 * p.length, [(p.end, 0.9 * p.bore)], (up * p.bore, side * p.bore))
     low, reach = p.bore * (min(up for _, up in offsets) - 2.05), p.end - p.length
     if front != "wedge":
         full = p.length + rng.uniform(0.75, 0.97) * reach
@@ -184,10 +182,8 @@ def split(b: Builder, rng: Rng, p: Plan, offsets: tuple[tuple[int, int], ...], f
         back += rng.uniform(0.01, 0.2) * reach
         _hold(b, rng, p, (back, tip), low, 3.4 * p.bore, 3.6 * p.bore)
     else:
-        wide, deep = (
-            (3 + 1.4 * max(side for side, _ in offsets)) * p.bore,
-            low - (0.9 if front == "wood" else 0.15) * p.bore,
-        )
+        wide = (3 + 1.4 * max(side for side, _ in offsets)) * p.bore
+        deep = low - (0.9 if front == "wood" else 0.15) * p.bore
         rows = [(back, deep, 0, wide), (0.2 * back + 0.8 * tip, 0.9 * deep, 0, wide)]
         bar(b, "body", p.hand, [*rows, (tip, 0.5 * deep, 0, 0.6 * wide)], boxiness=0.35)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.firearm.plan import BLACK, IRON, Plan, at, bar, block, nothing, sweep
-from ffd_lightning.shapes.kit import Builder, Component, Rng
+from ffd_lightning.shapes.firearm.plan import BLACK, IRON, Plan, at, bar, block, sweep
+from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing
 from ffd_lightning.shapes.kit.paths import bend
 
 

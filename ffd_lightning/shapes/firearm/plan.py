@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, pick_material
-from ffd_lightning.shapes.kit.sections import superellipse
+from ffd_lightning.shapes.kit.sections import Section, superellipse
 from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 
 BLACK = Material((0.03, 0.03, 0.03))
@@ -19,39 +19,22 @@ IRON = Material((0.14, 0.14, 0.15))
 
 @dataclass(frozen=True)
 class Plan:
-    """A firearm's sizes and materials; the barrel's axis is at height 0, the body's rear at 0.
+    """A firearm's sizes and materials; the barrel's axis is at height 0, the body's rear at 0."""
 
-    Attributes:
-        kind: one of `KINDS`.
-        length: of the body; the barrel leaves it there.
-        high: height of the body's top.
-        low: height of the underside, where grip and trigger hang.
-        wide: width of the body.
-        end: how far forward the barrel reaches.
-        guard: how far forward what the front hand holds reaches.
-        bore: radius of the barrel.
-        hold: where the grip's middle meets the underside, along the barrel.
-        palm: depth of the grip.
-        well: where the magazine enters.
-        steel: what barrel and receiver are of.
-        body: what the frame is of.
-        hand: what grips and stocks are of.
-    """
-
-    kind: str
-    length: float
-    high: float
-    low: float
-    wide: float
-    end: float
-    guard: float
-    bore: float
-    hold: float
-    palm: float
-    well: float
-    steel: Material
-    body: Material
-    hand: Material
+    kind: str  # one of `KINDS`
+    length: float  # of the body; the barrel leaves it there
+    high: float  # height of the body's top
+    low: float  # height of the underside, where grip and trigger hang
+    wide: float  # width of the body
+    end: float  # how far forward the barrel reaches
+    guard: float  # how far forward what the front hand holds reaches
+    bore: float  # radius of the barrel
+    hold: float  # where the grip's middle meets the underside, along the barrel
+    palm: float  # depth of the grip
+    well: float  # where the magazine enters
+    steel: Material  # of barrel and receiver
+    body: Material  # of the frame
+    hand: Material  # of grips and stocks
 
 
 _KINDS = {  # weight, odds of wood; length, rise, drop, width, reach, bore; hold and well in lengths
@@ -95,10 +78,6 @@ def draw_plan(rng: Rng, kind: str) -> Plan:
 KINDS = tuple(Component(k, row[0], partial(draw_plan, kind=k)) for k, row in _KINDS.items())
 
 
-def nothing(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add nothing."""
-
-
 def at(forward: float, up: float, side: float = 0.0) -> Array:
     """Return the (3,) point that lies `forward` of the origin, towards -z."""
     return vec(side, up, -forward)
@@ -106,10 +85,9 @@ def at(forward: float, up: float, side: float = 0.0) -> Array:
 
 def bar(b: Builder, part: str, material: Material, rows: ArrayLike, boxiness: float = 0.7) -> None:
     """Add a body along the barrel through (forward, low, high, width) rows; boxiness 0 is round."""
-    ring, sections = superellipse(boxiness), []
-    for forward, low, high, width in np.asarray(rows, float):
-        y = (low + high) / 2 + ring[:, 1] * (high - low) / 2
-        sections.append(np.column_stack([ring[:, 0] * width / 2, y, np.full(len(y), -forward)]))
+    sections = []
+    for f, low, high, wide in np.asarray(rows, float):
+        sections.append(Section(-f, (low + high) / 2, wide, high - low).ring(boxiness, 16))
     b.loft(part, material, sections)
 
 

@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from ffd_lightning.shapes.firearm.plan import BLACK, IRON, Plan, at, bar, block, nothing, sweep
-from ffd_lightning.shapes.kit import Builder, Component, Rng
+from ffd_lightning.shapes.firearm.plan import BLACK, IRON, Plan, at, bar, block, sweep
+from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import Pair
@@ -45,9 +45,9 @@ def sliding(b: Builder, rng: Rng, p: Plan) -> None:
     end, _, _, wide = _reach(rng, p)
     up, toe = (p.low + p.high) / 2, -rng.uniform(0.06, 0.12)
     b.cylinder("stock", IRON, at(0.02, up), at(end + 0.02, up), 0.016)
-    rows = [(rng.uniform(0.2, 0.5) * end, up - 0.03, up + 0.024, wide)]
-    rows += [(0.75 * end, up - 0.05, up + 0.026, wide)]
-    _butt(b, p, [*rows, (end, up + toe, up + 0.028, wide)], 0.7)
+    front = (rng.uniform(0.2, 0.5) * end, up - 0.03, up + 0.024, wide)
+    middle, rear = (0.75 * end, up - 0.05, up + 0.026, wide), (end, up + toe, up + 0.028, wide)
+    _butt(b, p, [front, middle, rear], 0.7)
 
 
 def wire(b: Builder, rng: Rng, p: Plan, closed: bool) -> None:
@@ -57,8 +57,7 @@ def wire(b: Builder, rng: Rng, p: Plan, closed: bool) -> None:
     heel, half, radius = min(heel, up), 0.4 * p.wide * (not closed), 0.006 + 0.004 * closed
     path = [(0.03, up), (end, heel), (end, toe), (0.03, low) if closed else (end + 0.04, toe)]
     for side in (-half, half)[closed:]:
-        rod = bend([at(f, u, side) for f, u in path], 0.02, 3)
-        b.tube("stock", IRON, rod, radius, segments=8)
+        b.tube("stock", IRON, bend([at(f, u, side) for f, u in path], 0.02, 3), radius, segments=8)
     for u in (heel, toe)[2 * closed :]:
         beam(b, "stock", IRON, at(end, u, -half), at(end, u, half), width=0.012, height=0.012)
 
