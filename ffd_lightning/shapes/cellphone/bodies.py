@@ -85,8 +85,7 @@ def halves(b: Builder, rng: Rng, p: Plan) -> None:
         edge = min(0.2 * body.depth, 0.06 * body.width)
         for material, share, place in ((p.finish.body, 1.0, -0.3), (p.finish.back, 0.99, -0.7)):
             size = (share * body.width, share * body.height, 0.6 * body.depth)
-            middle = body.at(0, 0, place * body.depth)
-            tile(b, "body", material, body, middle, size, p.radius, edge)
+            tile(b, "body", material, body, body.at(0, 0, place * body.depth), size, p.radius, edge)
 
 
 def shell(b: Builder, rng: Rng, p: Plan, palm: bool) -> None:

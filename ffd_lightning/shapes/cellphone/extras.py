@@ -57,8 +57,7 @@ def aerial(b: Builder, rng: Rng, p: Plan, rod: bool) -> None:
     """Add a stub, with or without a long `rod`, at an upper corner."""
     finish, body, side = p.finish, p.main, int(rng.choice([-1, 1]))
     radius = min(rng.uniform(0.14, 0.3) * body.depth, 0.16 * body.width)
-    x = side * (0.5 - 1.7 * radius / body.width)
-    start = body.at(x, 0.44, -body.depth / 2)
+    start = body.at(side * (0.5 - 1.7 * radius / body.width), 0.44, -body.depth / 2)
     along = body.turn @ vec(0, 1, 0)
     rise = rng.uniform(0.08, 0.28) * body.height + 0.06 * body.height
     path, radii = start + np.outer((0, rise, 1.03 * rise), along), radius * np.array([1, 0.85, 0.5])
@@ -108,8 +107,7 @@ def flap(b: Builder, rng: Rng, p: Plan) -> None:
     tall, deep = rng.uniform(0.22, 0.34), 0.035
     hinge = body.at(0, -0.44)
     tip = lean(rng.uniform(200, 240))
-    place = hinge + tip @ vec(0, tall / 2, deep / 2)
-    leaf = Body(place, 0.86 * body.width, tall, deep, tip)
+    leaf = Body(hinge + tip @ vec(0, tall / 2, deep / 2), 0.86 * body.width, tall, deep, tip)
     tile(b, "body", finish.back, leaf, leaf.center, (leaf.width, tall, deep), 0.05, edge=0.012)
     reach = vec(0.36 * body.width, 0, 0)
     b.cylinder("body", finish.trim, hinge - reach, hinge + reach, 0.03)
@@ -125,8 +123,7 @@ def cradle(b: Builder, rng: Rng, p: Plan) -> None:
     profile += [(0.9 * rim, 0.98 * rise), (0.85 * rim, 0.4 * rise)]
     center = (0, 0, 0.1 * body.depth)
     if rng.random() < 0.5:
-        squash = rng.uniform(0.75, 1.0)
-        b.lathe("stand", material, profile, center, segments=36, squash=squash)
+        b.lathe("stand", material, profile, center, segments=36, squash=rng.uniform(0.75, 1.0))
     else:
         wide = np.array(profile) * (1.25, 1)
         b.lathe("stand", material, wide, center, segments=4, turn=about_y(45))

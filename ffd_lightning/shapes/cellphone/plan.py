@@ -33,8 +33,7 @@ class Body:
     def strip(self, x: float, low: float, high: float, share: float = 1.0) -> Body:
         """Return the part of it from `low` to `high`, `share` wide, about `x`."""
         center = self.at(x, (low + high) / 2, -self.depth / 2)
-        height = (high - low) * self.height
-        return Body(center, share * self.width, height, self.depth, self.turn)
+        return Body(center, share * self.width, (high - low) * self.height, self.depth, self.turn)
 
 
 @dataclass(frozen=True)

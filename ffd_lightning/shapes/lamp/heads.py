@@ -76,8 +76,7 @@ def cloth(b: Builder, rng: Rng, p: Plan, sockets: Sockets) -> None:
         _bulb(b, p, s, low, bulb)
         b.cylinder("pole", p.metal, s.point(-0.01), s.point(low + 0.01), 0.004 + 0.04 * s.wide)
         b.tube("shade", p.metal, harp + s.point(low), 0.004, segments=4)
-        top = s.point(gap + tall + 0.01)
-        b.ellipsoid("shade", p.metal, top, (0.012, 0.02, 0.012), segments=8)
+        b.ellipsoid("shade", p.metal, s.point(gap + tall + 0.01), (0.012, 0.02, 0.012), segments=8)
 
 
 def globe(b: Builder, rng: Rng, p: Plan, sockets: Sockets) -> None:
@@ -109,8 +108,7 @@ def lantern(b: Builder, rng: Rng, p: Plan, sockets: Sockets) -> None:
     a, high = np.linspace(0, np.pi, 21), rise + rng.uniform(0.3, 0.9) * wide
     handle = np.stack([0.9 * wide * np.cos(a), tall + high * np.sin(a), 0 * a], 1)
     for one in sockets:
-        drop = tall + rise + 0.35 * wide if one.turn[1, 1] < 0 else 0.0
-        s = Socket(one.at - drop * UP)
+        s = Socket(one.at - (tall + rise + 0.35 * wide if one.turn[1, 1] < 0 else 0.0) * UP)
         turned(b, "base", p.metal, sill, s, shape)
         turned(b, "shade", pane, [(0.93 * waist, 0.025), (0.93 * wide, tall)], s, shape)
         for x, z in shape:

@@ -33,8 +33,7 @@ def _housing(b: Builder, rng: Rng, p: Plan, rows: list[Pair], sink: float) -> No
     b.loft("back", p.back, rings)
     (z, scale), tall = rows[-1], 0.03 * rows[-1][1] * p.height
     for y in np.linspace(0.1, 0.3, int(rng.integers(0, 7))) * scale - sink * (1 - scale) / 2:
-        slit = (0.5 * scale * p.width, tall / 2, 0.012)
-        b.box("back", p.frame, p.at(0, y, z), slit, turn=p.turn)
+        b.box("back", p.frame, p.at(0, y, z), (0.5 * scale * p.width, tall / 2, 0.012), turn=p.turn)
 
 
 def panel(b: Builder, rng: Rng, p: Plan) -> None:
@@ -63,8 +62,7 @@ def curved(b: Builder, rng: Rng, p: Plan) -> None:
     sheet(b, "screen", p.screen, bent(p.bezel, -p.thick / 2), 0.006)
     sheet(b, "back", p.back, bent(0.16 * p.height, 0.6 * p.thick), p.thick)
     size = (rng.uniform(0.15, 0.35), p.deep, rng.uniform(0.4, 0.7) * p.height)
-    middle = p.at(0, 0, 0.8 * p.thick + p.deep / 2)
-    b.rounded_box("back", p.back, middle, size, 0.02, turn=p.flat)
+    b.rounded_box("back", p.back, p.at(0, 0, 0.8 * p.thick + p.deep / 2), size, 0.02, turn=p.flat)
     _buttons(b, rng, p, 0.06, 0.5 * p.bezel)
 
 

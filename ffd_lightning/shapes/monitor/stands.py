@@ -58,8 +58,7 @@ def neck(b: Builder, rng: Rng, p: Plan, kind: str) -> None:
         b.tube("stand", p.stand, path, 0.2 * width, segments=12)
     else:
         beam(b, "stand", p.stand, base, hold + 0.02 * UP, width, height=0.03)
-    size = (2 * width + 0.06, 0.05, width + 0.06)
-    b.rounded_box("stand", p.stand, hold, size, 0.01, turn=p.flat)
+    b.rounded_box("stand", p.stand, hold, (2 * width + 0.06, 0.05, width + 0.06), 0.01, turn=p.flat)
 
 
 def feet(b: Builder, rng: Rng, p: Plan) -> None:
@@ -82,8 +81,7 @@ def wall(b: Builder, rng: Rng, p: Plan, folded: bool) -> None:
     far = hold + vec(0, 0, out * (2.5 if folded else 1.0))
     plate = (0.12 if folded else wide, rng.uniform(0.25, 0.5) * p.height, 0.02)
     b.rounded_box("base", p.stand, far, plate, 0.01)
-    size = (0.18 if folded else wide, 0.04, 0.18)
-    b.rounded_box("stand", p.stand, hold, size, 0.01, turn=p.flat)
+    b.rounded_box("stand", p.stand, hold, (0.18 if folded else wide, 0.04, 0.18), 0.01, turn=p.flat)
     if folded:
         elbow = (far + hold) / 2 + vec(rng.choice([-0.5, 0.5]) * wide, 0, 0)
         for end in (far, hold):

@@ -91,8 +91,7 @@ def draw_cabinet(rng: Rng, width: Pair, height: Pair, depth: Pair, low: float = 
     side = draw(rng, ["straight", "tapered", "bowed"], [0.6, 0.15, 0.25])
     back = 1.0 if side == "straight" else rng.uniform(0.4, 0.8)
     curve = rng.uniform(1.8, 3.0) if side == "bowed" else 1.0
-    bevel = w * rng.uniform(0.02, 0.1)
-    return Cabinet(w, h, d, (0, low, 0), bevel=bevel, back=back, curve=curve)
+    return Cabinet(w, h, d, (0, low, 0), bevel=w * rng.uniform(0.02, 0.1), back=back, curve=curve)
 
 
 def two_way(rng: Rng, width: float) -> Units:

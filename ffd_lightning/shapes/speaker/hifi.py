@@ -63,8 +63,7 @@ def stand(b: Builder, rng: Rng) -> None:
     """Build a small box on a stand of one, two or four posts, or on a tripod."""
     finish, metal, low = draw_finish(rng), pick_material(rng, "metal"), rng.uniform(0.4, 0.9)
     cabinet = draw_cabinet(rng, (0.13, 0.26), (0.2, 0.42), (0.14, 0.3), low)
-    units = two_way(rng, cabinet.width)
-    add_cabinet(b, cabinet, finish, cabinet.bays(units, rng.uniform(0, 0.3)))
+    add_cabinet(b, cabinet, finish, cabinet.bays(two_way(rng, cabinet.width), rng.uniform(0, 0.3)))
     wide, deep, middle = cabinet.width, cabinet.depth, vec(0, 0, cabinet.depth / 2)
     plate = (0.9 * min(1.0, cabinet.back + 0.3) * wide, 0.02, 0.9 * deep)
     b.rounded_box("stand", metal, middle + (low - 0.008) * UP, plate, 0.01)
@@ -91,8 +90,7 @@ def stand(b: Builder, rng: Rng) -> None:
 def soundbar(b: Builder, rng: Rng) -> None:
     """Build a long low box: a centre speaker with drivers in a row, or a bar behind cloth."""
     finish = draw_finish(rng)
-    low = rng.uniform(0.012, 0.03)
-    cabinet = draw_cabinet(rng, (0.5, 1.2), (0.09, 0.24), (0.08, 0.28), low)
+    cabinet = draw_cabinet(rng, (0.5, 1.2), (0.09, 0.24), (0.08, 0.28), rng.uniform(0.012, 0.03))
     tall = cabinet.height
     cabinet = replace(cabinet, bevel=tall * rng.uniform(0.04, 0.2), back=1.0)
     cabinet = replace(cabinet, tilt=rng.uniform(5, 20) if rng.random() < 0.25 else 0.0)

@@ -16,8 +16,7 @@ from ffd_lightning.shapes.speaker.fittings import add_feet
 
 def pod(b: Builder, rng: Rng) -> None:
     """Build an egg, a ball or a drum around one driver, on a neck, on legs or on the ground."""
-    finish = draw_finish(rng)
-    add_pod(b, rng, finish, rng.uniform(0.09, 0.16), np.zeros(3))
+    add_pod(b, rng, draw_finish(rng), rng.uniform(0.09, 0.16), np.zeros(3))
 
 
 def add_pod(
@@ -39,8 +38,7 @@ def add_pod(
         b.cylinder("stand", finish.rim, at + 0.02 * UP, center, 0.14 * radius)
     elif kind == "legs":
         for x, y, z in circle(count=3, radius=0.65 * radius, height=0, degrees=yaw + 90):
-            head = center + vec(0.6 * x, -0.6 * stretch * radius, 0.6 * z)
-            path = [at + vec(x, y, z), head]
+            path = [at + vec(x, y, z), center + vec(0.6 * x, -0.6 * stretch * radius, 0.6 * z)]
             b.tube("stand", finish.rim, path, (0.05 * radius, 0.1 * radius))
     else:
         b.lathe("stand", finish.rim, radius * np.array([(0.6, 0), (0.5, 0.15), (0.3, 0.2)]), at)
