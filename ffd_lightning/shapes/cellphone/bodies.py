@@ -13,7 +13,6 @@ from ffd_lightning.shapes.kit.vectors import UP, Pair, about_y, about_z, lean, v
 
 def whole(b: Builder, rng: Rng, f: Finish, width: Pair, depth: Pair, tip: Pair = (0, 0)) -> Plan:
     """Return a body in one piece, tipped back; `depth` is over its width."""
-    del b
     wide, turn = rng.uniform(*width), lean(rng.uniform(*tip))
     body = Body(turn @ vec(0, 0.55, 0), wide, 1.0, wide * rng.uniform(*depth), turn)
     return Plan(body, None, body, wide * rng.uniform(0.03, 0.28), f)
@@ -37,7 +36,6 @@ def clamshell(b: Builder, rng: Rng, f: Finish, width: Pair, tall: Pair, shut: fl
 
 def slider(b: Builder, rng: Rng, f: Finish, way: str) -> Plan:
     """Return two bodies, the upper one slid up, slid aside, or swivelled across."""
-    del b
     wide, tall, depth = rng.uniform(0.4, 0.62), rng.uniform(0.8, 0.95), rng.uniform(0.045, 0.12)
     slide, turn = rng.uniform(0.3, 0.46), about_z(90 if way == "swivel" else 0)
     main = Body(vec(0, tall / 2, 0), wide, tall, depth, np.eye(3))
@@ -80,7 +78,6 @@ def plate(b: Builder, rng: Rng, p: Plan) -> None:
 
 def halves(b: Builder, rng: Rng, p: Plan) -> None:
     """Add each body as two shells of different material, front and back."""
-    del rng
     for body in (p.main,) if p.lid is None else (p.main, p.lid):
         edge = min(0.2 * body.depth, 0.06 * body.width)
         for material, share, place in ((p.finish.body, 1.0, -0.3), (p.finish.back, 0.99, -0.7)):

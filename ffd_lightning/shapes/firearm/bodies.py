@@ -45,10 +45,10 @@ def slide(b: Builder, rng: Rng, p: Plan, opened: bool) -> None:
 def revolver(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a frame around a fluted cylinder, and a hammer."""
     back, front, strap = 0.028, p.length - 0.014, 0.45 * p.high
-    rear = [(0, 0.75 * p.low, -0.2 * p.high, 0.7 * p.wide), (0.011, p.low, p.high, p.wide)]
-    bar(b, "body", p.steel, [*rear, (back, p.low, p.high, p.wide)])
+    rear, full = (0, 0.75 * p.low, -0.2 * p.high, 0.7 * p.wide), (p.low, p.high, p.wide)
+    bar(b, "body", p.steel, [rear, (0.011, *full), (back, *full)])
     tip = (p.length, 0.5 * p.low, max(p.high, p.bore), p.wide)
-    bar(b, "body", p.steel, [(front, p.low, p.high, p.wide), tip])
+    bar(b, "body", p.steel, [(front, *full), tip])
     for heights in ((p.low, 0.86 * p.low), (strap, p.high)):
         block(b, "body", p.steel, (back - 0.004, front + 0.004), heights, 0.8 * p.wide)
     _hammer(b, p, 0.006, 0.3 * p.high, rng.uniform(0.019, 0.027))

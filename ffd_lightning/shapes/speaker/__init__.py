@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from ffd_lightning.shapes.kit import Builder, Chosen, Component, Product, Rng
 from ffd_lightning.shapes.speaker.hifi import bookshelf, soundbar, stand, subwoofer, tower
-from ffd_lightning.shapes.speaker.portable import portable
-from ffd_lightning.shapes.speaker.sets import pod, speaker_set
+from ffd_lightning.shapes.speaker.small import pod, portable, speaker_set
 from ffd_lightning.shapes.speaker.stage import amplifier, horn, stage
 
 

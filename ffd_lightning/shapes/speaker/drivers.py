@@ -57,20 +57,15 @@ def add_skin(
     b.loft(part, material, rings, caps=False)
 
 
-def add_port(
-    b: Builder, finish: Finish, center: ArrayLike, radius: float, depth: float, turn: Array
-) -> None:
-    """Add a flared bass port that goes `depth` into the body."""
-    rows = [(1.0, 0.0), (1.0, 0.06), (0.9, 0.07), (0.75, -0.15), (0.7, -depth / radius)]
-    add_skin(b, "port", finish.rim, radius * np.array(rows), center, turn)
-    rear = [(0.71 * radius, -0.98 * depth), (0.05 * radius, -depth)]
-    add_skin(b, "port", BLACK, rear, center, turn)
+def add_port(b: Builder, finish: Finish, at: Array, r: float, depth: float, turn: Array) -> None:
+    """Add a flared bass port of radius `r` that goes `depth` into the body."""
+    rows = [(1.0, 0.0), (1.0, 0.06), (0.9, 0.07), (0.75, -0.15), (0.7, -depth / r)]
+    add_skin(b, "port", finish.rim, r * np.array(rows), at, turn)
+    add_skin(b, "port", BLACK, [(0.71 * r, -0.98 * depth), (0.05 * r, -depth)], at, turn)
 
 
-def add_driver(
-    b: Builder, finish: Finish, kind: str, center: ArrayLike, radius: float, turn: Array
-) -> None:
-    """Add a "woofer" (rim, surround, sunk cone, cap) or a "tweeter" (plate, dome) facing -z."""
+def add_driver(b: Builder, finish: Finish, kind: str, at: Array, r: float, turn: Array) -> None:
+    """Add a "woofer" (rim, surround, sunk cone, cap) or a "tweeter" (plate, dome) of radius `r`."""
     rim = (finish.rim, [(1.0, -0.01), (1.0, 0.05), (0.97, 0.08), (0.86, 0.08), (0.84, 0.03)])
     if kind == "tweeter":
         skins = [rim, (finish.rim, [(0.85, 0.04), (0.5, -0.05), (0.42, -0.06), (0.36, -0.02)])]
@@ -80,7 +75,7 @@ def add_driver(
         skins = [rim, roll, (finish.cone, [(0.71, 0.01), (0.45, -0.17), (0.24, -0.34)])]
         steps, wide, tall, sink = 5, 0.27, 0.16, 0.33
     for skin, rows in skins:
-        add_skin(b, "driver", skin, radius * np.array(rows), center, turn)
+        add_skin(b, "driver", skin, r * np.array(rows), at, turn)
     a = np.linspace(0, 1.5, steps)
-    cap = radius * np.stack([wide * np.cos(a), tall * np.sin(a) - sink], 1)
-    b.lathe("driver", finish.cap, cap, center, segments=20, turn=turn @ FORWARD)
+    cap = r * np.stack([wide * np.cos(a), tall * np.sin(a) - sink], 1)
+    b.lathe("driver", finish.cap, cap, at, segments=20, turn=turn @ FORWARD)
