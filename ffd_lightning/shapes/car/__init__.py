@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ffd_lightning.shapes.car import racer
-from ffd_lightning.shapes.car.bodies import BODIES
+from ffd_lightning.shapes.car.bodies import BODIES, shell
 from ffd_lightning.shapes.car.cabins import CABINS, cockpit, doors, greenhouse
 from ffd_lightning.shapes.car.ends import FACES, NOSES, TAILS
 from ffd_lightning.shapes.car.extras import REARS, ROOFS, WHEELS
@@ -21,7 +21,8 @@ def assemble(rng: Rng, chosen: Chosen) -> Builder:
     cabin = chosen["cabin"].build(rng, plan)
     plan = chosen["nose"].build(rng, plan, cabin)
     plan = chosen["tail"].build(rng, plan, cabin)
-    chosen["body"].build(b, rng, plan, cabin.feet[0])
+    shell(b, plan, cabin.feet[0])
+    chosen["body"].build(b, rng, plan)
     if chosen["cabin"].name == "open":
         cockpit(b, rng, plan, cabin)
     else:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ffd_lightning.shapes.car.plan import BLACK, CHROME, USES, Plan
-from ffd_lightning.shapes.kit import Builder, Component, Material, Rng
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, nothing
 from ffd_lightning.shapes.kit.sheets import sheet
 from ffd_lightning.shapes.kit.vectors import Array, Pair
 
@@ -24,16 +24,14 @@ def skin(b: Builder, rings: ArrayLike, panels: Sequence[Panel]) -> None:
     quads = np.stack([corner[:-1], after[:-1], after[1:], corner[1:]], -1)
     left = np.ones(quads.shape[:2], bool)
     for part, material, cells in panels:
-        chosen = quads[cells & left]
-        if not len(chosen):
-            continue
-        left &= ~cells
-        faces = np.concatenate([chosen[:, [0, 1, 2]], chosen[:, [0, 2, 3]]])
-        used, index = np.unique(faces, return_inverse=True)
-        b.add(part, material, points.reshape(-1, 3)[used], index.reshape(-1, 3))
+        chosen, left = quads[cells & left], left & ~cells
+        if len(chosen):
+            faces = np.concatenate([chosen[:, [0, 1, 2]], chosen[:, [0, 2, 3]]])
+            used, index = np.unique(faces, return_inverse=True)
+            b.add(part, material, points.reshape(-1, 3)[used], index.reshape(-1, 3))
 
 
-def shell(b: Builder, rng: Rng, p: Plan, cowl: float) -> None:
+def shell(b: Builder, p: Plan, cowl: float) -> None:
     """Add the body, the hood before `cowl`, and the dark underbody that wheel arches show."""
     half = p.length / 2
     stations = [*np.linspace(-half, half, 15), *(z for z, _ in p.line), cowl]
@@ -87,9 +85,8 @@ def walls(b: Builder, p: Plan, ends: Pair, span: Pair, thick: float, closed: boo
         b.box("body", p.paint, (0, (low + high) / 2, z + shift * thick), size)
 
 
-def fenders(b: Builder, rng: Rng, p: Plan, cowl: float) -> None:
-    """Add a slender body and swept wings that run out into running boards."""
-    shell(b, rng, p, cowl)
+def fenders(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add swept wings that run out into running boards."""
     r, board, (front, rear) = p.radius, rng.uniform(0.28, 0.36), p.axles[:2]
     reach = 1.18 * r
     rows = _swept(front, r, (-0.1, 2.1))
@@ -98,43 +95,37 @@ def fenders(b: Builder, rng: Rng, p: Plan, cowl: float) -> None:
     _wing(b, p, rows + _swept(rear, r, (0.25, rng.uniform(2.3, 3.0))))
 
 
-def cycle(b: Builder, rng: Rng, p: Plan, cowl: float) -> None:
-    """Add a slender body and a narrow wing over each wheel."""
-    shell(b, rng, p, cowl)
+def cycle(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a narrow wing over each wheel."""
     for axle in p.axles:
         _wing(b, p, _swept(axle, p.radius, (rng.uniform(0.0, 0.5), rng.uniform(2.3, 2.9))))
-        beam = (2 * p.half(axle) + 0.2, 0.06, 0.06)
-        b.box("trim", BLACK, (0, p.radius, axle), beam)
+        b.box("trim", BLACK, (0, p.radius, axle), (2 * p.half(axle) + 0.2, 0.06, 0.06))
 
 
-def rod(b: Builder, rng: Rng, p: Plan, cowl: float) -> None:
-    """Add a slender body on bare axles."""
-    shell(b, rng, p, cowl)
+def rod(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add bare axles."""
+    half = p.track / 2 - 0.1
     for axle in p.axles:
-        half = p.track / 2 - 0.1
         b.cylinder("trim", CHROME, (-half, p.radius, axle), (half, p.radius, axle), 0.04)
 
 
 def _swept(axle: float, radius: float, angles: Pair) -> list[Pair]:
     """Return (z, height) rows of an arc over a wheel; angle 0 is at its front."""
-    reach = 1.18 * radius
-    a = np.linspace(*angles, 10)
-    return [(axle - reach * np.cos(t), radius + reach * np.sin(t)) for t in a]
+    reach, turns = 1.18 * radius, np.linspace(*angles, 10)
+    return [(axle - reach * np.cos(a), radius + reach * np.sin(a)) for a in turns]
 
 
 def _wing(b: Builder, p: Plan, rows: Sequence[Pair]) -> None:
     """Add a pair of wings along (z, height) rows."""
     offsets, wide = np.linspace(-0.5, 0.5, 5), 0.21 * p.track
     for side in (-1, 1):
-        xs = [side * (p.track / 2 - wide * (0.42 - t)) for t in offsets]
-        sags = [0.36 * t**2 * p.radius for t in offsets]
-        grid = [[(x, y - sag, z) for x, sag in zip(xs, sags, strict=True)] for z, y in rows]
-        sheet(b, "body", p.second, grid, 0.03)
+        row = [(side * (p.track / 2 - wide * (0.42 - t)), 0.36 * t**2 * p.radius) for t in offsets]
+        sheet(b, "body", p.second, [[(x, y - sag, z) for x, sag in row] for z, y in rows], 0.03)
 
 
 _OLD = {"use": ("vintage",)}
 BODIES = (
-    Component("flush", 1, shell, {"use": tuple(u.name for u in USES[:-2])}),
+    Component("flush", 1, nothing, {"use": tuple(u.name for u in USES[:-2])}),
     Component("fenders", 3, fenders, _OLD),
     Component("cycle", 1, cycle, _OLD),
     Component("rod", 0.7, rod, _OLD),

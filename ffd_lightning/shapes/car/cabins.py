@@ -20,31 +20,18 @@ from ffd_lightning.shapes.kit.vectors import Array, Pair, lean, vec
 
 @dataclass(frozen=True)
 class Cabin:
-    """Where a cabin stands on the body.
+    """Where a cabin stands on the body."""
 
-    Attributes:
-        feet: z of the windscreen's and the rear window's feet.
-        roof: z of the roof's front and rear edges.
-        height: of the roof.
-        drop: how much lower the roof's rear edge is.
-        bend: radius by which the outline is rounded at the roof's edges.
-        tumble: how much narrower the roof is, as a share of the width.
-        sides: z where the side windows begin and end.
-        pillars: z of the pillars between them.
-        pillar: how wide they are.
-        glass: where each row of side windows begins and ends, from 0 at the belt to 1 at the roof.
-    """
-
-    feet: Pair
-    roof: Pair
-    height: float
-    drop: float
-    bend: float
-    tumble: float
-    sides: Pair
-    pillars: tuple[float, ...]
-    pillar: float
-    glass: tuple[Pair, ...]
+    feet: Pair  # z of the windscreen's and the rear window's feet
+    roof: Pair  # z of the roof's front and rear edges
+    height: float  # of the roof
+    drop: float  # how much lower the roof's rear edge is
+    bend: float  # radius by which the outline is rounded at the roof's edges
+    tumble: float  # how much narrower the roof is, as a share of the width
+    sides: Pair  # z where the side windows begin and end
+    pillars: tuple[float, ...]  # z of the pillars between them
+    pillar: float  # how wide they are
+    glass: tuple[Pair, ...]  # ends of each row of side windows, from 0 (belt) to 1 (roof)
 
     def wide(self, p: Plan) -> float:
         """Return half the width that what is on the roof may have."""
@@ -72,14 +59,13 @@ def draw_cabin(
     tall, long = p.height - p.belt, end - start
     header = start + min(tall * rake, 0.42 * long)
     edge = max(end - tall * fall, header + 0.2 * long)
-    sides = start + rng.uniform(0.25, 0.5) * (header - start) + 0.05, 0.0
-    sides = sides[0], edge + rng.uniform(0.05, 0.5) * (end - edge) - 0.05
+    first = start + rng.uniform(0.25, 0.5) * (header - start) + 0.05
+    last = edge + rng.uniform(0.05, 0.5) * (end - edge) - 0.05
     if blind:
-        sides = sides[0], max(header + 0.5, sides[0] + 0.8)
+        last = max(header + 0.5, first + 0.8)
     count = int(rng.integers(bays[0], bays[1] + 1))
-    pillars = sides[0] + (sides[1] - sides[0]) * np.linspace(0, 1, count + 1)[1:-1] ** 0.9
+    pillars = first + (last - first) * np.linspace(0, 1, count + 1)[1:-1] ** 0.9
     lintel = rng.uniform(0.72, 0.9) if p.height > 2.2 else 1.0
-    rows = ((0.0, lintel),) if decks == 1 else ((0.0, 0.42), (0.58, 0.92))
     return Cabin(
         feet=(start, end),
         roof=(header, edge),
@@ -87,10 +73,10 @@ def draw_cabin(
         drop=rng.uniform(0.0, 0.12) * tall,
         bend=rng.uniform(*soft),
         tumble=rng.uniform(*tumble),
-        sides=sides,
+        sides=(first, last),
         pillars=tuple(pillars),
         pillar=rng.uniform(0.05, 0.12),
-        glass=rows,
+        glass=((0.0, lintel),) if decks == 1 else ((0.0, 0.42), (0.58, 0.92)),
     )
 
 
@@ -99,10 +85,10 @@ def greenhouse(b: Builder, p: Plan, c: Cabin) -> None:
     (start, end), (header, edge), high = c.feet, c.roof, c.height
     line = [(0, p.top(start) - 0.02, start), (0, high - 0.04 * (high - p.belt), header)]
     line += [(0, high, 0.6 * header + 0.4 * edge), (0, high - c.drop, edge)]
-    path = bend([*line, (0, p.top(end) - 0.02, end)], c.bend)
+    _, heights, places = bend([*line, (0, p.top(end) - 0.02, end)], c.bend).T
     stops = [z + side * c.pillar / 2 for z in c.pillars for side in (-1, 1)]
-    zs = np.unique(np.concatenate([path[:, 2], c.sides, stops]))
-    tops = np.interp(zs, path[:, 2], path[:, 1])
+    zs = np.unique(np.concatenate([places, c.sides, stops]))
+    tops = np.interp(zs, places, heights)
     rings = np.array([_ring(p, c, z, top) for z, top in zip(zs, tops, strict=True)])
     column, rows = np.arange(rings.shape[1]), len(c.glass)
     column = np.minimum(column, len(column) - 2 - column)  # the same for left and right
@@ -117,42 +103,30 @@ def greenhouse(b: Builder, p: Plan, c: Cabin) -> None:
     # The cell that would close the skin below is within the body.
     whole = np.arange(rings.shape[1]) < rings.shape[1] - 1
     roof = whole & (column > 2 * rows) & (middle > header - 0.05) & (middle < edge + 0.05)
-    skin(
-        b,
-        rings,
-        [
-            ("window", p.glass, glass),
-            ("roof", p.roof, roof),
-            ("roof", p.paint, whole & (middle < np.inf)),
-        ],
-    )
+    panels = [("window", p.glass, glass), ("roof", p.roof, roof)]
+    skin(b, rings, [*panels, ("roof", p.paint, whole & (middle < np.inf))])
 
 
 def _ring(p: Plan, c: Cabin, z: float, top: float) -> Array:
     """Return the cross-section of a cabin at z whose roof is there at `top`."""
-    low, share, tall = p.top(z), 0.9 - 0.08 * p.soft, c.height - p.belt
+    low, tall = p.top(z), c.height - p.belt
     frame = min(0.09, 0.2 * tall)
-    levels = [low - 0.15]
-    for span in c.glass:
-        levels += [max(low + 0.03, p.belt + f * tall) for f in span]
-    levels = [min(y, top - frame) for y in levels] + [top - 0.6 * frame, top - 0.15 * frame, top]
+    panes = [max(low + 0.03, p.belt + share * tall) for span in c.glass for share in span]
+    levels = [min(y, top - frame) for y in (low - 0.15, *panes)]
+    levels += [top - 0.6 * frame, top - 0.15 * frame, top]
     shifts = [0.0] * (len(levels) - 2) + [0.3 * frame, 0.9 * frame]
-    half = share * p.half(z)
-    lean_in = [c.tumble * min(1.0, max(0.0, (y - p.belt) / tall)) for y in levels]
-    side = [
-        (half * (1 - t) - shift, y) for t, shift, y in zip(lean_in, shifts, levels, strict=True)
-    ]
-    side += [(0.5 * side[-1][0], top + 0.015)]
+    inward = 1 - c.tumble * np.clip((np.array(levels) - p.belt) / tall, 0, 1)
+    xs = (0.9 - 0.08 * p.soft) * p.half(z) * inward - shifts
+    side = [*zip(xs, levels, strict=True), (0.5 * xs[-1], top + 0.015)]
     return np.array([(x, y, z) for x, y in side + [(-x, y) for x, y in reversed(side)]])
 
 
 def doors(b: Builder, p: Plan, c: Cabin) -> None:
     """Add the doors' seams and handles, and two mirrors."""
     seams = (c.sides[0] - 0.05, *c.pillars[:2], c.sides[1] if not c.pillars else c.pillars[-1])
-    low = p.clearance + 0.1
     for side in (-1, 1):
         for i, z in enumerate(sorted(set(seams))):
-            bottom = max(low, p.lower(z) + 0.02)
+            bottom = max(p.clearance + 0.1, p.lower(z) + 0.02)
             top = p.clearance + (0.72 - 0.2 * p.soft) * (p.top(z) - p.clearance)
             if top - bottom < 0.1:
                 continue
@@ -186,10 +160,8 @@ def cockpit(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
     front, rear = c.feet
     floor, belt = cockpit_floor(p), p.top(front)
     walls(b, p, (front, rear), (floor - 0.12, belt), thick=0.05 * p.width, closed=False)
-    tall = max(0.3, p.height - belt)
-    rise, rake = min(rng.uniform(0.5, 0.9) * tall, 0.55), rng.uniform(0.05, 0.4)
-    half = 0.82 * p.half(front)
-    glass = pick_material(rng, "glass")
+    rise = min(rng.uniform(0.5, 0.9) * max(0.3, p.height - belt), 0.55)
+    rake, half, glass = rng.uniform(0.05, 0.4), 0.82 * p.half(front), pick_material(rng, "glass")
     left = [vec(-half, belt - 0.02, front - 0.05), vec(-0.85 * half, belt + rise, front + rake)]
     frame = [*left, *(point * vec(-1, 1, 1) for point in left[::-1])]
     for start, end in itertools.pairwise(frame):
@@ -200,14 +172,11 @@ def cockpit(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
     for row in range(2 if rear - front > 1.5 else 1):
         z = rear - 0.25 - 0.8 * row
         for side in (-spread, spread):
-            center = (side, floor + 0.1, z - 0.22)
-            b.rounded_box("seat", cover, center, (wide, 0.24, 0.5), 0.08, segments=2)
-            size, back = (
-                (wide, belt - floor + 0.22, 0.16),
-                (side, (floor + belt) / 2 + 0.1, z + 0.06),
-            )
+            low, back = (side, floor + 0.1, z - 0.22), (side, (floor + belt) / 2 + 0.1, z + 0.06)
+            b.rounded_box("seat", cover, low, (wide, 0.24, 0.5), 0.08, segments=2)
+            size = (wide, belt - floor + 0.22, 0.16)
             b.rounded_box("seat", cover, back, size, 0.07, turn=lean(12), segments=2)
-    hub = vec(spread * rng.choice([-1, 1]), belt, front + 0.3)
+    hub = vec(rng.choice([-spread, spread]), belt, front + 0.3)
     b.cylinder("trim", BLACK, hub + vec(0, -0.1, -0.3), hub, 0.025, segments=8)
     rim = [(0.17, -0.015), (0.19, 0), (0.17, 0.015), (0.15, 0), (0.17, -0.015)]
     b.lathe("trim", BLACK, rim, hub, segments=14, turn=lean(65))

@@ -26,31 +26,29 @@ def nose(rng: Rng, p: Plan, c: Cabin, spans: Sequence[Pair], hump: float) -> Pla
     if at < cowl - 0.1:
         straight = front + (p.belt - front) * (at + half - step) / (room - step)
         rows += [(at, min(p.belt, max(floor, straight + hump * (p.belt - straight))))]
-    share = p.ends[0] if p.taper < 0.3 else wide
-    return replace(p, ends=(share, p.ends[1]), line=(*rows, (cowl, p.belt)))
+    ends = (p.ends[0] if p.taper < 0.3 else wide, p.ends[1])
+    return replace(p, ends=ends, line=(*rows, (cowl, p.belt)))
 
 
 def tail(rng: Rng, p: Plan, c: Cabin, spans: Sequence[Pair], flat: bool) -> Plan:
     """Set the line behind the cabin; `flat` is for beds. Heights are shares of the belt's."""
     rise, wide, rounding = (rng.uniform(*span) for span in spans)
-    half, foot = p.length / 2, c.feet[1]
-    high, share = max(p.belt * rise, p.least - 0.1), p.ends[1] if p.taper < 0.3 else wide
-    line, floor = list(p.line), cockpit_floor(p)
+    half, foot, high = p.length / 2, c.feet[1], max(p.belt * rise, p.least - 0.1)
+    ends, line = (p.ends[0], p.ends[1] if p.taper < 0.3 else wide), list(p.line)
     if not c.glass:  # an open car
-        line += [(c.feet[0] + 0.01, floor), (foot - 0.01, floor)]
+        line += [(z, cockpit_floor(p)) for z in (c.feet[0] + 0.01, foot - 0.01)]
     if flat:
         line += [(foot + 0.02, p.belt), (foot + 0.03, p.least), (half, p.least)]
-        return replace(p, ends=(p.ends[0], share), line=tuple(line))
+        return replace(p, ends=ends, line=tuple(line))
     line += [(foot, p.belt)]
     step = min(rounding, 0.6 * (half - foot))
     at = min(p.axles[-1] + 0.8 * p.arch, half - step - 0.02)
     if at > foot + 0.1:
         straight = p.belt + (high - p.belt) * (at - foot) / (half - step - foot)
         line += [(at, max(straight, p.least - 0.02))]
-    drop = min(0.8 * step, 0.35 * (high - p.clearance))
-    line += [(half - step, high), (half, high - drop)]
+    line += [(half - step, high), (half, high - min(0.8 * step, 0.35 * (high - p.clearance)))]
     path = bend([(0, y, z) for z, y in line], 0.1, 3)
-    return replace(p, ends=(p.ends[0], share), line=tuple((z, y) for _, y, z in path))
+    return replace(p, ends=ends, line=tuple((z, y) for _, y, z in path))
 
 
 _MODERN = ("city", "compact", "family", "large", "sports", "suv", "van", "pickup")
@@ -82,29 +80,25 @@ TAILS = tuple(
 )
 
 
-def face(b: Builder, rng: Rng, p: Plan, lamps: Pair, pairs: int = 1, round_: bool = False) -> None:
-    """Add lights, grille, number plates and bumpers to both ends."""
+def face(b: Builder, rng: Rng, p: Plan, lamps: Pair, pairs: int = 1) -> None:
+    """Add lights (round ones if as wide as tall), grille, number plates, bumpers to both ends."""
     bumper = CHROME if rng.random() < 0.25 else (BLACK if rng.random() < 0.4 else p.paint)
     level, tall_bumper = rng.uniform(0.68, 0.76), rng.uniform(0.16, 0.3)
     for end in (-1, 1):
         z = end * p.length / 2
-        half, top, low = p.half(z), p.top(z), p.lower(z)
-        tall = top - low
+        half, low, material = p.half(z), p.lower(z), LAMP if end < 0 else RED
+        tall = p.top(z) - low
         size = (min(lamps[0], 0.9 * half / pairs), min(lamps[1], 0.42 * tall))
-        if round_:
-            size = (min(size),) * 2
-        y = low + level * tall
+        size = (min(size),) * 2 if lamps[0] == lamps[1] else size
         for side in (-1, 1):
             for i in range(pairs):
-                x = side * (0.93 * half - (i + 0.5) * size[0] - 0.02)
-                material = LAMP if end < 0 else RED
-                if round_:
+                at = (side * (0.93 * half - (i + 0.5) * size[0] - 0.02), low + level * tall, z)
+                if lamps[0] == lamps[1]:
                     radii = (size[0] / 2, size[1] / 2, 0.045)
-                    b.ellipsoid("light", material, (x, y, z), radii, segments=10)
+                    b.ellipsoid("light", material, at, radii, segments=10)
                 else:
-                    b.rounded_box("light", material, (x, y, z), (*size, 0.06), 0.025, segments=1)
-        height = low + 0.2 * tall
-        box = (1.98 * half, tall_bumper * tall, 0.16)
+                    b.rounded_box("light", material, at, (*size, 0.06), 0.025, segments=1)
+        height, box = low + 0.2 * tall, (1.98 * half, tall_bumper * tall, 0.16)
         b.rounded_box("trim", bumper, (0, height, z - end * 0.03), box, 0.07, segments=2)
         b.box("trim", LAMP, (0, height + 0.02, z + end * 0.052), (0.42, 0.09, 0.012))
     _grille(b, rng, p, 0.92 * p.half(z) - pairs * size[0])
@@ -114,8 +108,8 @@ def _grille(b: Builder, rng: Rng, p: Plan, half: float) -> None:
     """Add a grille of a few bars within `half` from the middle."""
     z = -p.length / 2
     tall = p.top(z) - p.lower(z)
-    y, high, wide = p.lower(z) + 0.62 * tall, rng.uniform(0.15, 0.36) * tall, 2 * half
-    wide *= rng.uniform(0.4, 0.95)
+    y, high = p.lower(z) + 0.62 * tall, rng.uniform(0.15, 0.36) * tall
+    wide = 2 * half * rng.uniform(0.4, 0.95)
     if wide < 0.15:
         return
     b.box("trim", BLACK, (0, y, z), (wide, high, 0.03))
@@ -145,17 +139,16 @@ def radiator(b: Builder, rng: Rng, p: Plan) -> None:
         rear = vec(np.sign(side) * 0.8 * p.half(-z), 0.62 * p.belt, -z)
         b.ellipsoid("light", RED, rear, (0.05, 0.05, 0.05), segments=10)
     if rng.random() < 0.6:
-        ends = [vec(x * p.track, 0.42, z - 0.33) for x in (-0.46, 0.46)]
-        b.cylinder("trim", CHROME, ends[0], ends[1], 0.04, segments=8)
-        for side in (-0.3, 0.3):
-            foot = (side * wide, 0.42, z - 0.33)
-            b.cylinder("trim", CHROME, foot, (side * wide, 0.42, z + 0.1), 0.025, segments=8)
+        left, right = (vec(x * p.track, 0.42, z - 0.33) for x in (-0.46, 0.46))
+        b.cylinder("trim", CHROME, left, right, 0.04, segments=8)
+        for x in (-0.3 * wide, 0.3 * wide):
+            b.cylinder("trim", CHROME, (x, 0.42, z - 0.33), (x, 0.42, z + 0.1), 0.025, segments=8)
 
 
 _FACED = {"use": (*_MODERN, "lorry", "bus")}
 FACES = (
-    Component("round", 1, partial(face, lamps=(0.2, 0.2), round_=True), _FACED),
-    Component("twin", 0.5, partial(face, lamps=(0.15, 0.15), pairs=2, round_=True), _FACED),
+    Component("round", 1, partial(face, lamps=(0.2, 0.2)), _FACED),
+    Component("twin", 0.5, partial(face, lamps=(0.15, 0.15), pairs=2), _FACED),
     Component("wide", 1.5, partial(face, lamps=(0.36, 0.11)), _FACED),
     Component("narrow", 1, partial(face, lamps=(0.42, 0.06)), _FACED),
     Component("tall", 0.8, partial(face, lamps=(0.14, 0.24)), _FACED),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ffd_lightning.shapes.car.bodies import walls
@@ -12,11 +14,10 @@ from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import about_z, lean, vec
 
-_RUBBER = Material((0.09, 0.09, 0.09))
 
-
-def discs(b: Builder, rng: Rng, p: Plan, spokes: int = 0) -> None:
-    """Add two wheels to every axle, all alike, with `spokes` or with discs."""
+def wheels(b: Builder, rng: Rng, p: Plan, counts: range) -> None:
+    """Add two wheels to every axle, all alike, with one of `counts` of spokes, or discs for 0."""
+    spokes = int(rng.integers(counts.start, counts.stop))
     w, radius, rim = p.radius * rng.uniform(0.25, 0.4), p.radius, p.radius * rng.uniform(0.5, 0.76)
     metal = CHROME if rng.random() < 0.6 else pick_material(rng, "metal")
     tyre = [(rim, -w), (0.93 * radius, -w), (radius, -0.6 * w), (radius, 0.6 * w)]
@@ -28,23 +29,13 @@ def discs(b: Builder, rng: Rng, p: Plan, spokes: int = 0) -> None:
             turn = about_z(-90 * side)
             x = (p.half(axle) - 0.02 if p.arch else p.track / 2) - w
             hub = vec(side * x, radius, axle)
-            b.lathe("wheel", _RUBBER, tyre, hub, segments=18, turn=turn)
+            b.lathe("wheel", Material((0.09,) * 3), tyre, hub, segments=18, turn=turn)
             b.lathe("wheel", BLACK if spokes else metal, plate, hub, segments=14, turn=turn)
             b.lathe("wheel", metal, cap, hub, segments=8, turn=turn)
             for i in range(spokes):
                 spin, size = lean(360 * i / spokes), (0.2 * w, rim, min(1.1 / spokes, 0.3) * rim)
                 arm = hub + spin @ vec(0.75 * w * side, 0.5 * rim, 0)
                 b.box("wheel", metal, arm, size, turn=spin)
-
-
-def spoked(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add wheels of five to eight broad spokes."""
-    discs(b, rng, p, int(rng.integers(5, 9)))
-
-
-def wire(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add wheels of many narrow spokes."""
-    discs(b, rng, p, 14)
 
 
 def rails(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
@@ -61,7 +52,7 @@ def rails(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
 
 def carrier(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
     """Add two bars across the roof and on them a rounded box or a crate."""
-    half, y, middle = c.wide(p), c.height + 0.05, (c.roof[0] + c.roof[1]) / 2
+    half, y, middle = c.wide(p), c.height + 0.05, sum(c.roof) / 2
     long = c.roof[1] - c.roof[0]
     for z in (middle - 0.25 * long, middle + 0.25 * long):
         beam(b, "trim", BLACK, (-half, y, z), (half, y, z), width=0.05, height=0.03)
@@ -155,9 +146,9 @@ def tank(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
 
 
 WHEELS = (
-    Component("spokes", 2, spoked),
-    Component("wire", 0.6, wire),
-    Component("disc", 0.9, discs),
+    Component("spokes", 2, partial(wheels, counts=range(5, 9))),
+    Component("wire", 0.6, partial(wheels, counts=range(14, 15))),
+    Component("disc", 0.9, partial(wheels, counts=range(1))),
 )
 _ROOFED = ("notchback", "hatch", "estate", "minivan", "box")
 ROOFS = (

@@ -18,47 +18,26 @@ RED = Material((0.75, 0.06, 0.05))
 
 @dataclass(frozen=True)
 class Plan:
-    """How a car stands and what it is of; its nose is at z = -length / 2.
+    """How a car stands and what it is of; its nose is at z = -length / 2."""
 
-    Attributes:
-        length: of the body.
-        width: of the body at its widest.
-        track: from the outer side of the left wheels to that of the right ones.
-        height: of the roof.
-        belt: height of the body below the windows.
-        radius: of the tyres.
-        clearance: height of the sills.
-        axles: z of each axle, front first.
-        arch: radius of the openings for the wheels; 0 where the wheels stand free of the body.
-        ends: widths of nose and tail over the body's.
-        taper: where the body begins to narrow, from 0 at its middle to 1 at its ends.
-        soft: how round the flanks are, from 0 to 1.
-        line: (z, height) rows from nose to tail: the top of the body without its cabin.
-        paint: of the body.
-        second: of wings, stripes and some roofs.
-        roof: of the roof.
-        sill: of the lowest part of the flanks.
-        glass: of the windows, dark and opaque.
-    """
-
-    length: float
-    width: float
-    track: float
-    height: float
-    belt: float
-    radius: float
-    clearance: float
-    axles: tuple[float, ...]
-    arch: float
-    ends: Pair
-    taper: float
-    soft: float
-    line: tuple[Pair, ...]
-    paint: Material
-    second: Material
-    roof: Material
-    sill: Material
-    glass: Material
+    length: float  # of the body
+    width: float  # of the body at its widest
+    track: float  # from the outer side of the left wheels to that of the right ones
+    height: float  # of the roof
+    belt: float  # height of the body below the windows
+    radius: float  # of the tyres
+    clearance: float  # height of the sills
+    axles: tuple[float, ...]  # z of each axle, front first
+    arch: float  # radius of the openings for the wheels; 0 where the wheels stand free of the body
+    ends: Pair  # widths of nose and tail over the body's
+    taper: float  # where the body begins to narrow, from 0 at its middle to 1 at its ends
+    soft: float  # how round the flanks are, from 0 to 1
+    line: tuple[Pair, ...]  # (z, height) rows from nose to tail: the top without the cabin
+    paint: Material  # of the body
+    second: Material  # of wings, stripes and some roofs
+    roof: Material  # of the roof
+    sill: Material  # of the lowest part of the flanks
+    glass: Material  # of the windows, dark and opaque
 
     @property
     def least(self) -> float:
