@@ -21,16 +21,11 @@ def _fan(b: Builder, paint: Material, center: Array, size: Pair, hold: Array) ->
     b.lathe("engine", paint, rows * [radius, -long], center, segments=18, turn=turn)
     mouth = np.array([(0.84, -0.505), (0.84, -0.47)]) * size
     b.lathe("engine", BLACK, mouth, center, segments=18, turn=turn)
-    for points in (
-        [(0.3, -0.48), (0.2, -0.53), (0.02, -0.58)],
-        [(0.55, 0.38), (0.45, 0.52), (0.1, 0.6)],
-    ):
+    hub = [(0.3, -0.48), (0.2, -0.53), (0.02, -0.58)]
+    for points in (hub, [(0.55, 0.38), (0.45, 0.52), (0.1, 0.6)]):
         b.lathe("engine", STEEL, np.array(points) * size, center, segments=12, turn=turn)
-    foot = (
-        center
-        + 0.7 * radius * (hold - center) / np.linalg.norm(hold - center)
-        - vec(0, 0, 0.2 * long)
-    )
+    way = hold - center
+    foot = center + 0.7 * radius * way / np.linalg.norm(way) - vec(0, 0, 0.2 * long)
     surface(b, "engine", paint, [foot, hold], (0.75 * long, 0.4 * long))
 
 
@@ -39,10 +34,8 @@ def fans(
 ) -> None:
     """Add turbofans below or above the wing, or at the rear; `third` adds one below the fin."""
     radius = min(rng.uniform(0.24, 0.42) * p.wide, 0.043) * (1 if count == 2 else 0.8)
-    size, paint = (
-        (radius, radius * rng.uniform(2.6, 4.4)),
-        p.paint if rng.random() < 0.6 else p.accent,
-    )
+    size = (radius, radius * rng.uniform(2.6, 4.4))
+    paint = p.paint if rng.random() < 0.6 else p.accent
     drop, ahead = rng.uniform(1.15, 1.6) * radius, rng.uniform(0.1, 0.4) * size[1]
     z, up = p.end - rng.uniform(0.24, 0.32), rng.uniform(0.2, 0.6)
     for t in (p.station, p.station + rng.uniform(0.26, 0.34))[: count // 2]:
@@ -78,15 +71,11 @@ def jets(b: Builder, rng: Rng, p: Plan, mouth: str) -> None:
     """Add a fighter's exhausts, one or two, and its intakes: "flank", "chin" or "nose"."""
     last, start, small = p.rows[-1], rng.uniform(-0.22, -0.1), rng.uniform(0.4, 0.55)
     twin = last.width > 1.5 * last.height
-    r, end = (
-        0.47 * min(last.height, last.width * (0.5 if twin else 1)),
-        last.z + rng.uniform(0.02, 0.08),
-    )
+    r = 0.47 * min(last.height, last.width * (0.5 if twin else 1))
+    end = last.z + rng.uniform(0.02, 0.08)
     for x in (-0.24 * last.width, 0.24 * last.width) if twin else (0.0,):
-        tip = vec(x, last.lift, end)
-        b.cylinder(
-            "engine", STEEL, (x, last.lift, last.z - 0.06), tip, 1.08 * r, radius_end=0.85 * r
-        )
+        root, tip = (x, last.lift, last.z - 0.06), vec(x, last.lift, end)
+        b.cylinder("engine", STEEL, root, tip, 1.08 * r, radius_end=0.85 * r)
         b.cylinder("engine", BLACK, tip - vec(0, 0, 0.01), tip + vec(0, 0, 0.002), 0.7 * r)
     if mouth == "flank":
         size = small * p.wide, rng.uniform(0.45, 0.8) * p.tall
@@ -152,12 +141,8 @@ def props(b: Builder, rng: Rng, p: Plan, count: int) -> None:
             same = np.random.default_rng(state)  # all propellers are equal
             x, y, z = p.wing(t, 0, side)
             chord = p.wing(t, 1)[2] - z
-            places = [
-                (0.006 - ahead, 0.7),
-                (0.035 - ahead, 1),
-                (0.5 * chord, 1),
-                (1.15 * chord, 0.35),
-            ]
+            places = [(0.006 - ahead, 0.7), (0.035 - ahead, 1)]
+            places += [(0.5 * chord, 1), (1.15 * chord, 0.35)]
             pod = [Section(z + d, y, s * wide, s * tall * wide) for d, s in places]
             skin(b, "engine", cowl, pod, 0.2, x)
             _propeller(b, same, p, (x, y, z - ahead), radius)
@@ -167,11 +152,8 @@ _LINER, _BUSINESS = {"fuselage": ("tube",), "mount": ("low",)}, {"role": ("busin
 _BIG = ("tube", "cargo", "hump", "decks")
 _FOUR, _THREE = partial(fans, count=4), partial(fans, place="rear", third=True)
 _REAR, _BENT = partial(fans, place="rear"), {"wing": ("plain",), "fuselage": ("slim",)}
-_AIRLINER, _PROPLINER, _FLYING = (
-    {"role": ("airliner",)},
-    {"role": ("propliner",)},
-    {"role": ("flying",)},
-)
+_AIRLINER, _PROPLINER = {"role": ("airliner",)}, {"role": ("propliner",)}
+_FLYING = {"role": ("flying",)}
 ENGINES = (
     Component("wing2", 6, fans, {"fuselage": ("tube", "cargo"), **_AIRLINER}),
     Component("wing4", 1.5, _FOUR, {"fuselage": _BIG, **_AIRLINER}),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from functools import partial
 
 import numpy as np
@@ -26,17 +27,7 @@ _COWLED: Rows = (
     (-0.5, 0, 0.6, 0.52), (-0.487, 0, 0.75, 0.68), (-0.36, 0, 0.82, 0.76), (-0.2, 0, 1, 0.92),
     (0.04, 0.02, 1, 0.95), (0.22, 0.08, 0.72, 0.66), (0.46, 0.2, 0.26, 0.32), (0.5, 0.2, 0.1, 0.16),
 )  # fmt: skip
-_INLINE = (
-    (
-        -0.5,
-        0,
-        0.42,
-        0.4,
-    ),
-    (-0.487, 0, 0.5, 0.5),
-    (-0.36, 0, 0.76, 0.76),
-    *_COWLED[3:],
-)
+_INLINE = ((-0.5, 0, 0.42, 0.4), (-0.487, 0, 0.5, 0.5), (-0.36, 0, 0.76, 0.76), *_COWLED[3:])
 _RADIAL = ((-0.5, 0, 0.9, 0.85), (-0.487, 0, 0.98, 0.92), (-0.36, 0, 1, 0.95), *_COWLED[3:])
 _SAILPLANE: Rows = (
     (-0.5, -0.2, 0.06, 0.06), (-0.47, -0.18, 0.45, 0.42), (-0.38, -0.1, 0.85, 0.8),
@@ -127,12 +118,10 @@ def cabin(
             arc = np.concatenate([1.03 * arc, 0.9 * arc[::-1]]) * [side * cut.width, cut.height] / 2
             rings.append(np.column_stack([arc[:, 0], cut.lift + arc[:, 1], np.full(12, z)]))
         b.loft("window", GLASS, rings)
-    ends, tall = (
-        (-0.5 + 2 * p.wide, rng.uniform(0.15, 0.26)),
-        0.16 * p.wide if count[1] < 15 else 0.016,
-    )
+    ends = (-0.5 + 2 * p.wide, rng.uniform(0.15, 0.26))
+    tall = 0.16 * p.wide if count[1] < 15 else 0.016
     places = np.linspace(*ends, int(rng.integers(*count)))
-    for z, up, side in [(z, up, side) for z in places for up in ups for side in (-1, 1)]:
+    for z, up, side in itertools.product(places, ups, (-1, 1)):
         x = side * (p.half(z) * np.sqrt(1 - up**2) - 0.001)
         b.box("window", GLASS, (x, p.height(z, up), z), (0.006, tall, 0.6 * tall))
     for side in (-1, 1) if rng.random() < 0.5 else ():
@@ -145,10 +134,8 @@ def bubble(b: Builder, rng: Rng, p: Plan, long: Pair = (0.17, 0.3)) -> None:
     t, z = np.linspace(0, 1, 9), np.linspace(p.seat, p.seat + rng.uniform(*long), 9)
     wide, rise = 1.3 * p.half(float(z[3])), rng.uniform(0.15, 0.4) * p.wide
     swell = np.sqrt(np.clip(1 - (2 * t ** rng.uniform(0.65, 0.9) - 1) ** 2, 0.02, 1))
-    sections = []
-    for at, s in zip(z, swell, strict=True):
-        lift, tall = p.height(at, 1) - 0.3 * wide, 0.6 * wide + 2 * rise * s
-        sections.append(Section(at, lift, (0.25 + 0.75 * s) * wide, tall))
+    sizes = zip(z, (0.25 + 0.75 * swell) * wide, 0.6 * wide + 2 * rise * swell, strict=True)
+    sections = [Section(at, p.height(at, 1) - 0.3 * wide, w, tall) for at, w, tall in sizes]
     skin(b, "window", GLASS, sections, 0.1)
     for i in (2, 4):
         rings = [sections[i]._replace(z=z[i] + d).ring(0.1, grow=1.02) for d in (-0.004, 0.004)]
@@ -163,12 +150,9 @@ def cab(b: Builder, rng: Rng, p: Plan) -> None:
     top = p.level if high else p.height(front, 1) + rng.uniform(0.2, 0.4) * p.tall
     places = [(front - 0.09, low, half), (front, top, half), (front + long, top, half)]
     places.append((front + long + 0.14, low, 0.55 * half))
-    flat = [[(-w, low - 0.03), (-0.9 * w, y), (0.9 * w, y), (w, low - 0.03)] for _, y, w in places]
-    b.loft(
-        "window",
-        GLASS,
-        [np.insert(ring, 2, z, 1) for ring, (z, *_) in zip(flat, places, strict=True)],
-    )
+    y = low - 0.03
+    rings = [[(-w, y, z), (-0.9 * w, h, z), (0.9 * w, h, z), (w, y, z)] for z, h, w in places]
+    b.loft("window", GLASS, rings)
     for z in (front, front + long / 2, front + long):
         for side in (-1, 1):
             foot, head = (side * 1.02 * half, low - 0.02, z), (side * 0.92 * half, top, z)

@@ -20,10 +20,9 @@ def _leg(
     axle = foot + radius * UP
     b.cylinder("gear", paint, hip, axle, 0.28 * radius, segments=8)
     for x in [0.0] if wheels == 1 else [-0.55 * radius, 0.55 * radius]:
-        middle, half = axle + vec(x, 0, 0), vec(0.3 * radius, 0, 0)
-        b.cylinder("gear", BLACK, middle - half, middle + half, radius, segments=14)
-        middle, half = axle + vec(x, 0, 0), vec(0.33 * radius, 0, 0)
-        b.cylinder("gear", STEEL, middle - half, middle + half, 0.45 * radius, segments=8)
+        middle, tyre, hub = axle + vec(x, 0, 0), vec(0.3 * radius, 0, 0), vec(0.33 * radius, 0, 0)
+        b.cylinder("gear", BLACK, middle - tyre, middle + tyre, radius, segments=14)
+        b.cylinder("gear", STEEL, middle - hub, middle + hub, 0.45 * radius, segments=8)
 
 
 def wheels(
@@ -95,8 +94,8 @@ GEARS = (
 def _body(b: Builder, p: Plan, at: Array, size: tuple[float, float, float]) -> None:
     """Add a pointed body about a point, (length, thickness, width of its fins)."""
     long, thick, fins = size
-    places = [(-0.5, 0.1), (-0.4, 0.75), (-0.2, 1.0), (0.25, 1.0), (0.5, 0.8 if fins else 0.3)]
-    path, radii = [at + vec(0, 0, t * long) for t, _ in places], [s * thick / 2 for _, s in places]
+    path = [at + vec(0, 0, t * long) for t in (-0.5, -0.4, -0.2, 0.25, 0.5)]
+    radii = [s * thick / 2 for s in (0.1, 0.75, 1.0, 1.0, 0.8 if fins else 0.3)]
     b.tube("wing", STEEL if fins else p.accent, path, radii, segments=8)
     for shape in ((fins, 0.003, 0.02), (0.003, fins, 0.02)) if fins else ():
         b.box("wing", STEEL, at + vec(0, 0, 0.44 * long), shape)
@@ -111,7 +110,7 @@ def weapons(b: Builder, rng: Rng, p: Plan) -> None:
     for side in (-1, 1):
         for t, row in zip((0.45, 0.62, 0.78), rows, strict=False):
             hold = p.wing(t, 0.35, side)
-            at = hold - vec(0, _STORES[row][1] / 2 + 0.018, 0)
+            at = hold - (_STORES[row][1] / 2 + 0.018) * UP
             _body(b, p, at, _STORES[row])
             surface(b, "wing", p.paint, [at, hold], (0.07, 0.07))
         if tips:

@@ -23,37 +23,21 @@ GLASS = Material((0.1, 0.14, 0.2))
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """An aeroplane's sizes and colours.
+    """An aeroplane's sizes and colours."""
 
-    Attributes:
-        wide: of the fuselage.
-        tall: of the fuselage.
-        span: from the middle to a wing's tip.
-        root: chord of the wing in the middle.
-        lead: z of the wing's leading edge in the middle.
-        seat: z at which the canopy begins, where there is one.
-        clear: how far the ground is below the belly.
-        station: share of the span at which inner engines, or a tail's booms, are.
-        paint: the main colour.
-        accent: of tails and stripes.
-        rows: the fuselage's sections, from nose to tail.
-        level: height of the wing in the middle.
-        edge: points (k, 3) of the right wing's leading edge, from the middle on.
-        chords: (k,) lengths of the wing along z there.
-    """
-
-    wide: float
-    tall: float
-    span: float
-    root: float
-    lead: float
-    seat: float
-    clear: float
-    station: float
-    paint: Material
-    accent: Material
-    rows: Sequence[Section] = ()
-    level: float = 0.0
+    wide: float  # of the fuselage
+    tall: float  # of the fuselage
+    span: float  # from the middle to a wing's tip
+    root: float  # chord of the wing in the middle
+    lead: float  # z of the wing's leading edge in the middle
+    seat: float  # z at which the canopy begins, where there is one
+    clear: float  # how far the ground is below the belly
+    station: float  # share of the span at which inner engines, or a tail's booms, are
+    paint: Material  # the main colour
+    accent: Material  # of tails and stripes
+    rows: Sequence[Section] = ()  # the fuselage's sections, from nose to tail
+    level: float = 0.0  # height of the wing in the middle
+    # The right wing: points (k, 3) of its leading edge, from the middle on, and chords (k,) there.
     edge: Array = field(default_factory=lambda: np.zeros((2, 3)))
     chords: Array = field(default_factory=lambda: np.zeros(2))
 

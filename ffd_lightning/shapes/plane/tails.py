@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing
 from ffd_lightning.shapes.kit.sections import Section
@@ -17,15 +18,8 @@ _JET: Sizes = ((0.16, 0.26), (0.12, 0.22), (0.4, 1.1))
 _PROP: Sizes = ((0.1, 0.18), (0.1, 0.2), (0.05, 0.7))
 
 
-def tail(
-    b: Builder,
-    rng: Rng,
-    p: Plan,
-    sizes: Sizes,
-    at: float | None = 0.0,
-    cant: Pair | None = None,
-) -> None:
-    """Add one fin, or two with a range of `cant`, and tailplanes.
+def tail(b: Builder, rng: Rng, p: Plan, sizes: Sizes, at: float | None, canted: bool) -> None:
+    """Add one fin, or two that lean outward when `canted`, and tailplanes.
 
     They are at the fuselage, at the share `at` of the fin's height, or nowhere.
     """
@@ -33,20 +27,11 @@ def tail(
     z = p.end - rng.uniform(0.95, 1.15) * chord
     root, slope = vec(0, p.height(p.end - 0.85 * chord, 0.55), z), min(slope, 0.2 / rise)
     tip = root + vec(0, rise, slope * rise)
-    paint, chords = (
-        p.accent if rng.random() < 0.5 else p.paint,
-        (chord, rng.uniform(0.35, 0.7) * chord),
-    )
-    if cant:
-        side = vec(0.68 * p.half(z + 0.5 * chord), 0, 0)
-        pair(
-            b,
-            "tail",
-            paint,
-            [root + side, tip + side + vec(rng.uniform(*cant) * rise, 0, 0)],
-            chords,
-            0.06,
-        )
+    paint = p.accent if rng.random() < 0.5 else p.paint
+    chords = (chord, rng.uniform(0.35, 0.7) * chord)
+    if canted:
+        side, out = vec(0.68 * p.half(z + 0.5 * chord), 0, 0), vec(rng.uniform(0, 0.6) * rise, 0, 0)
+        pair(b, "tail", paint, [root + side, tip + side + out], chords, 0.06)
     else:
         surface(b, "tail", paint, [root, tip], chords)
     if at is None:
@@ -54,11 +39,9 @@ def tail(
     hold = root + at * (tip - root) + vec(0, 0, 0.1 * chord)
     if not at:
         hold = vec(0, p.height(p.end - 0.5 * chord, 0.1), p.end - rng.uniform(0.5, 0.9) * chord)
-    out, drop = (
-        rng.uniform(0.75, 1.4) * chord + p.half(hold[2]) * (not at),
-        rng.uniform(-0.05, 0.15),
-    )
-    end = hold + vec(out, drop * out * (not at), rng.uniform(0.5, 1) * slope * out)
+    wide = rng.uniform(0.75, 1.4) * chord + p.half(hold[2]) * (not at)
+    droop = rng.uniform(-0.05, 0.15) * wide * (not at)
+    end = hold + vec(wide, droop, rng.uniform(0.5, 1) * slope * wide)
     first = rng.uniform(0.65, 0.85) * chord
     pair(b, "tail", p.paint, [hold, end], (first, rng.uniform(0.4, 0.8) * first), 0.08)
 
@@ -88,21 +71,12 @@ def booms(b: Builder, rng: Rng, p: Plan) -> None:
     (x, y, z), thick = p.wing(p.station, 0.05), rng.uniform(0.03, 0.045)
     chord, rise = rng.uniform(0.09, 0.13), rng.uniform(0.08, 0.14)
     places = [(z - 0.02, 0.3), (z + 0.05, 1), (z + 0.15, 1), (0.5, 0.5)]
+    rows = [Section(at, y, s * thick, s * thick) for at, s in places]
     for side in (-x, x):
-        skin(
-            b,
-            "body",
-            p.paint,
-            [Section(at, y, s * thick, s * thick) for at, s in places],
-            0.1,
-            side,
-        )
+        skin(b, "body", p.paint, rows, 0.1, side)
         foot = vec(side, y - 0.3 * rise, 0.5 - 0.8 * chord)
-        fin = [
-            foot,
-            foot + vec(0, 0.3 * rise, -0.2 * chord),
-            foot + vec(0, 1.3 * rise, 0.2 * chord),
-        ]
+        bend, tip = vec(0, 0.3 * rise, -0.2 * chord), vec(0, 1.3 * rise, 0.2 * chord)
+        fin = [foot, foot + bend, foot + tip]
         surface(b, "tail", p.accent, fin, (0.6 * chord, chord, 0.55 * chord))
     up = float(rng.choice([0.01, 0.95])) * rise
     plane = [(side, y + up, 0.5 - (0.95 - 0.35 * up / rise) * chord) for side in (-x, x)]
@@ -120,36 +94,35 @@ _CLOSE = {"wing": ("delta", "cranked")}
 _FREE = {"wing": ("plain", "arrow", "trapezoid", "forward", "delta")}
 _ONE, _TWO = {"fuselage": ("slim", "barrel")}, {"fuselage": ("broad",)}
 _PISTON = {"fuselage": ("cowled", "inline", "radial", "sailplane", "short", "cargo")}
+_SLENDER = {"fuselage": ("cowled", "short", "cargo", "sailplane"),
+            "mount": ("low", "mid", "high", "raised")}  # fmt: skip
 _HUNG, _REAR = {"engines": ("wing2", "wing4", "wing3")}, {"engines": ("rear2", "rear3")}
-_BARE: Pair = (0.0, 0.6)
+_CANTED, _SLOW = ("canted", "fins"), ("propliner", "light", "glider")
+_ROWS: tuple[tuple[Any, ...], ...] = (  # name, weight, sizes, at, needs
+    ("low", 6, _LINER, 0.0, {"role": ("airliner",), **_HUNG}),
+    ("low", 0.5, _LINER, 0.0, {"engines": ("over",)}),
+    ("tee", 8, _LINER, 0.96, {"mount": ("high",), **_HUNG}),
+    ("tee", 2, _LINER, 0.96, {"role": ("airliner", "business"), **_REAR}),
+    ("cross", 0.7, _LINER, 0.4, {"role": ("business",)}),
+    ("low", 3, _PROP, 0.0, {"role": (*_SLOW, "warbird"), **_PISTON}),
+    ("cross", 0.5, _PROP, 0.4, {"role": _SLOW, **_PISTON}),
+    ("tee", 1, _PROP, 0.96, {"role": _SLOW, **_SLENDER}),
+    ("low", 1.5, _JET, 0.0, {**_FREE, **_ONE}),
+    ("cross", 0.3, _JET, 0.35, {"wing": ("arrow", "plain"), **_ONE}),
+    ("tee", 0.2, _JET, 0.96, {"wing": ("arrow", "delta"), **_ONE}),
+    ("fin", 1, _JET, None, {**_CLOSE, "fuselage": ("slim", "barrel", "needle")}),
+    ("canted", 3, _JET, 0.0, {**_FREE, **_TWO}),
+    ("canted", 0.4, _JET, 0.0, {**_FREE, "fuselage": ("slim",)}),
+    ("fins", 1, _JET, None, {**_CLOSE, **_TWO}),
+)
 TAILS = (
-    Component("low", 6, partial(tail, sizes=_LINER), {"role": ("airliner",), **_HUNG}),
-    Component("low", 0.5, partial(tail, sizes=_LINER), {"engines": ("over",)}),
-    Component("tee", 8, partial(tail, sizes=_LINER, at=0.96), {"mount": ("high",), **_HUNG}),
-    Component("tee", 2, partial(tail, sizes=_LINER, at=0.96),
-              {"role": ("airliner", "business"), **_REAR}),
-    Component("cross", 0.7, partial(tail, sizes=_LINER, at=0.4), {"role": ("business",)}),
-    Component("low", 3, partial(tail, sizes=_PROP),
-              {"role": ("propliner", "light", "warbird", "glider"), **_PISTON}),
-    Component("cross", 0.5, partial(tail, sizes=_PROP, at=0.4),
-              {"role": ("propliner", "light", "glider"), **_PISTON}),
-    Component("tee", 1, partial(tail, sizes=_PROP, at=0.96),
-              {"role": ("propliner", "light", "glider"),
-               "fuselage": ("cowled", "short", "cargo", "sailplane"),
-               "mount": ("low", "mid", "high", "raised")}),
-    Component("low", 1.5, partial(tail, sizes=_JET), {**_FREE, **_ONE}),
-    Component("cross", 0.3, partial(tail, sizes=_JET, at=0.35),
-              {"wing": ("arrow", "plain"), **_ONE}),
-    Component("tee", 0.2, partial(tail, sizes=_JET, at=0.96), {"wing": ("arrow", "delta"), **_ONE}),
-    Component("fin", 1, partial(tail, sizes=_JET, at=None),
-              {**_CLOSE, "fuselage": ("slim", "barrel", "needle")}),
-    Component("canted", 3, partial(tail, sizes=_JET, cant=_BARE), {**_FREE, **_TWO}),
-    Component("canted", 0.4, partial(tail, sizes=_JET, cant=_BARE),
-              {**_FREE, "fuselage": ("slim",)}),
-    Component("fins", 1, partial(tail, sizes=_JET, at=None, cant=_BARE), {**_CLOSE, **_TWO}),
+    *(
+        Component(name, weight, partial(tail, sizes=sizes, at=at, canted=name in _CANTED), needs)
+        for name, weight, sizes, at, needs in _ROWS
+    ),
     Component("vee", 0.3, vee, {"fuselage": ("sleek", "cowled", "broad", "sailplane")}),
     Component("plates", 0.7, plates, {"role": ("propliner",)}),
     Component("booms", 1, booms, {"fuselage": ("pod",)}),
     Component("none", 1, nothing, {"role": ("flying",)}),
     Component("tips", 1, tips, {"role": ("flying",)}),
-)  # fmt: skip
+)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, nothing
-from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
+from ffd_lightning.shapes.kit.vectors import Pair, vec
 from ffd_lightning.shapes.plane.plan import STEEL, Plan
 
 _AIRFOIL = np.array(
@@ -17,8 +18,6 @@ _AIRFOIL = np.array(
     + [(1, -0.04), (0.65, -0.26), (0.35, -0.4), (0.15, -0.4), (0.04, -0.26)]
 )
 """Rows of (fraction of the chord, fraction of the thickness)."""
-Wing = tuple[Array, Array]
-"""Points (k, 3) of the right leading edge, from the middle to the tip, and (k,) chords."""
 
 
 def surface(
@@ -66,32 +65,20 @@ MOUNTS = (
 
 
 class Form(NamedTuple):
-    """The ranges of a wing's shape.
+    """The ranges of a wing's shape."""
 
-    Attributes:
-        knee: share of the span at which it bends.
-        mid: chord at the knee, 1 for straight edges.
-        tip: chord at the tip, of the root's.
-        slope: how far both edges go back, per span.
-        fore: share of the chord's loss that is at the front: 1 for a straight rear edge.
-        bow: rise of the knee, per span.
-        root: chord in the middle, of the plan's.
-        thick: fraction of the chord.
-        winglets: how probable.
-    """
-
-    knee: Pair
-    mid: Pair
-    tip: Pair
-    slope: Pair
-    fore: Pair
-    bow: Pair = (0, 0)
-    root: float = 1.0
-    thick: float = 0.12
-    winglets: float = 0.0
+    knee: Pair  # share of the span at which it bends
+    mid: Pair  # chord at the knee, 1 for straight edges
+    tip: Pair  # chord at the tip, of the root's
+    slope: Pair  # how far both edges go back, per span
+    fore: Pair  # share of the chord's loss that is at the front: 1 for a straight rear edge
+    bow: Pair = (0, 0)  # rise of the knee, per span
+    root: float = 1.0  # chord in the middle, of the plan's
+    thick: float = 0.12  # fraction of the chord
+    winglets: float = 0.0  # how probable
 
 
-def wing(b: Builder, rng: Rng, p: Plan, form: Form) -> Wing:
+def wing(b: Builder, rng: Rng, p: Plan, form: Form) -> Plan:
     """Add a wing of a form: with straight edges, kinked or not."""
     knee, mid, tip, slope, fore, bow = (rng.uniform(*ends) for ends in form[:6])
     share, low = np.array([0, knee, 1]), p.level < -0.15 * p.tall
@@ -106,27 +93,25 @@ def wing(b: Builder, rng: Rng, p: Plan, form: Form) -> Wing:
         up = rng.uniform(0.03, 0.08)
         end = edge[-1] + vec(rng.uniform(0, 0.03), up, 0.6 * up)
         pair(b, "wing", p.accent, [edge[-1], end], chords[-1] * np.array([1, 0.4]))
-    return edge, chords
+    return replace(p, edge=edge, chords=chords)
 
 
-def elliptic(b: Builder, rng: Rng, p: Plan) -> Wing:
+def elliptic(b: Builder, rng: Rng, p: Plan) -> Plan:
     """Add a wing whose chord shrinks like an ellipse."""
     t = np.array([0, 0.2, 0.4, 0.6, 0.75, 0.87, 0.95, 0.99, 1.0])
     chords = 1.15 * p.root * np.sqrt(1 - 0.985 * t ** rng.uniform(2, 3))
     heights, backs = rng.uniform(0.04, 0.14) * t, rng.uniform(0.25, 0.55) * (chords[0] - chords)
     edge = np.stack([p.span * t, p.level + p.span * heights, p.lead + backs], 1)
     pair(b, "wing", p.paint, edge, chords, 0.12)
-    return edge, chords
+    return replace(p, edge=edge, chords=chords)
 
 
-def stacked(b: Builder, rng: Rng, p: Plan) -> Wing:
+def stacked(b: Builder, rng: Rng, p: Plan) -> Plan:
     """Add two or three wings above each other, joined by struts and wires."""
     count, chord, span = 3 if rng.random() < 0.2 else 2, 0.8 * p.root, 0.9 * p.span
     gap, stagger = rng.uniform(0.34, 0.56) / (count + 0.5), rng.uniform(-0.02, 0.07)
-    paint, shape = (
-        p.accent if rng.random() < 0.6 else p.paint,
-        np.array([0, rng.uniform(0.8, 1), 1]),
-    )
+    paint = p.accent if rng.random() < 0.6 else p.paint
+    shape = np.array([0, rng.uniform(0.8, 1), 1])
     low, high = vec(0, p.level, p.lead), vec(0, p.level + (count - 1) * gap, p.lead - stagger)
     for t in np.linspace(0, 1, count):
         x = shape * span * (1 if t else rng.uniform(0.78, 1))
@@ -140,7 +125,8 @@ def stacked(b: Builder, rng: Rng, p: Plan) -> Wing:
         wire, outer = vec(side * 0.1 * span, 0, 0.4 * chord), vec(side * t * span, 0, 0.4 * chord)
         for ends in ((low + wire, high + outer), (high + wire, low + outer)):
             b.cylinder("wing", STEEL, *ends, 0.0025, segments=4)
-    return np.array([low, low + vec(span, 0, 0)]), np.array([chord, chord])
+    edge = np.array([low, low + vec(span, 0, 0)])
+    return replace(p, edge=edge, chords=np.array([chord, chord]))
 
 
 _NO, _ONE = (0.0, 0.0), (1.0, 1.0)
