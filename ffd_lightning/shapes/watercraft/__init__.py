@@ -13,7 +13,7 @@ def assemble(rng: Rng, chosen: Chosen) -> Builder:
     """Build a watercraft of its components."""
     b = Builder()
     plan = chosen["hull"].build(b, rng)
-    plan = chosen["house"].build(b, rng, plan)
+    plan = chosen["house"].build(b, rng, plan) or plan  # there may be no house
     for slot in ("top", "load", "rig"):
         chosen[slot].build(b, rng, plan)
     return b

@@ -7,7 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from ffd_lightning.shapes.kit import Builder, Component, Rng, draw, pick_material
+from ffd_lightning.shapes.kit import Builder, Component, Rng, draw, nothing, pick_material
+from ffd_lightning.shapes.kit.paths import circle
 from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, vec
 from ffd_lightning.shapes.watercraft.hulls import bulwark, fin
 from ffd_lightning.shapes.watercraft.plan import Plan, tint
@@ -23,11 +24,6 @@ _STACKS = {  # front station, length, share of the deck's width, storeys, how mu
     "citadel": ((0.3, 0.36), (0.3, 0.5), (0.6, 0.95), (1, 1), (0, 0), (0, 0), (0, 0.4)),
     "bridge": ((0.32, 0.36), (0.09, 0.16), (0.5, 0.8), (2, 4), (0, 0.02), (0, 0.02), (0, 0.4)),
 }  # fmt: skip
-
-
-def nothing(b: Builder, rng: Rng, p: Plan) -> Plan:
-    """Add nothing."""
-    return p
 
 
 def storey(
@@ -102,7 +98,7 @@ def cockpit(b: Builder, rng: Rng, p: Plan) -> Plan:
     foot = np.stack([0.5 * wide * np.sin(a), y + 0 * a, z + 0.12 - 0.14 * np.cos(a)], 1)
     head, back = foot * vec(0.9, 1, 1) + tip, vec(0, 0, 0.006)
     rings = np.stack([foot, head, head + back, foot + back], 1)
-    b.loft("cabin", pick_material(rng, "glass"), list(rings))
+    b.loft("cabin", pick_material(rng, "glass"), [*rings])
     for path in (foot, head):
         b.tube("cabin", p.spar, path, 0.006, segments=6)
     return replace(p, house=(z, z + 0.1))
@@ -131,9 +127,9 @@ def tower(b: Builder, rng: Rng, p: Plan) -> Plan:
         foot = vec(0, top - 0.01, z + shift * long)
         b.cylinder("mast", p.lower, foot, foot + rng.uniform(0.02, 0.09) * UP, 0.005, segments=8)
     root = vec(0, 2 * r + 0.6 * high, z) if rng.random() < 0.5 else vec(0, r, -0.32)
-    for reach in (-1.0, 1.0):
-        out = (reach * (r + 0.05 - root[1] / 5), 0, 0)
-        fin(b, "keel", p.paint, root, out, (0.05, 0.01))
+    out = r + 0.05 - root[1] / 5
+    for x in (-out, out):
+        fin(b, "keel", p.paint, root, (x, 0, 0), (0.05, 0.01))
     return replace(p, house=(z - long / 2, z + long / 2))
 
 
@@ -173,17 +169,16 @@ def _mast(b: Builder, rng: Rng, p: Plan, foot: Array) -> None:
     b.box("mast", p.spar, foot + vec(0, 0.4 * high, -0.15 * s), (0.9 * s, 0.2 * s, 0.3 * s))
 
 
-def pole(b: Builder, rng: Rng, p: Plan) -> Plan:
+def pole(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a signal mast on the highest roof, sometimes with domes beside it."""
     (front, back), roof = p.tiers[-1]
     foot, r = vec(0, roof, 0.6 * front + 0.4 * back), 0.25 * p.storey
     _mast(b, rng, p, foot)
     for x in (-4 * r, 4 * r) if rng.random() < 0.4 and p.hull.beam > 2.4 * p.storey else ():
         b.ellipsoid("mast", p.wall, foot + vec(0.6 * x, 0.9 * r, 0), (r, r, r), segments=12)
-    return p
 
 
-def funnels(b: Builder, rng: Rng, p: Plan) -> Plan:
+def funnels(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a mast, and one to four funnels behind it that reach equally high."""
     (front, back), roof = p.tiers[-1]
     _mast(b, rng, p, vec(0, roof, 0.85 * front + 0.15 * back))
@@ -191,20 +186,17 @@ def funnels(b: Builder, rng: Rng, p: Plan) -> Plan:
     width, long = rng.uniform(0.16, 0.36) * p.hull.beam, rng.uniform(0.9, 2.2) * p.storey
     start, end, top = back - 0.7 * long, p.house[1] - long, roof + rng.uniform(0.8, 2.5) * p.storey
     count = int(rng.integers(1, min(4, max(1, int((end - start) / (1.6 * long)))) + 1))
-    a, band = 2 * np.pi * np.arange(20) / 20, tint(rng, "black", "white", "red")
-    oval = np.stack([width / 2 * np.cos(a), 0 * a, long / 2 * np.sin(a)], 1)
-    black = tint(rng, "black")
+    band, black = tint(rng, "black", "white", "red"), tint(rng, "black")
+    oval = circle(20, 1.0, 0.0) * vec(width / 2, 1, long / 2)
     for z in np.linspace(end, start + 1.5 * long, count) if count > 1 else [max(start, end)]:
         low = p.level(z) - 0.4 * p.storey
-        rows = [(0, 1, base), (1, 0.88, base), (0.7, 0.95, band), (0.88, 0.93, band)]
-        rows += [(0.98, 0.7, black), (1.04, 0.7, black)]
-        rings = [oval * s + vec(0, low + t * (top - low), z + 0.2 * t * long) for t, s, _ in rows]
-        for i in (0, 2, 4):
-            b.loft("funnel", rows[i][2], rings[i : i + 2])
-    return p
+        rows = [(0, 1), (1, 0.88), (0.7, 0.95), (0.88, 0.93), (0.98, 0.7), (1.04, 0.7)]
+        rings = [oval * s + vec(0, low + t * (top - low), z + 0.2 * t * long) for t, s in rows]
+        for i, paint in enumerate((base, band, black)):
+            b.loft("funnel", paint, rings[2 * i : 2 * i + 2])
 
 
-def canopy(b: Builder, rng: Rng, p: Plan) -> Plan:
+def canopy(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a roof or an awning on posts."""
     front = p.house[0] if p.house[0] < 0.3 else -0.25
     z, roof = (front - 0.02, front + rng.uniform(0.22, 0.45)), rng.uniform(1.7, 2.4) * p.storey
@@ -217,7 +209,6 @@ def canopy(b: Builder, rng: Rng, p: Plan) -> Plan:
     upper = np.column_stack([a * width / 2, foot + roof + arch * (1 - a * a), 0 * a])
     ring = np.concatenate([upper, upper[::-1] - 0.012 * UP])
     b.loft("cabin", cloth, [ring + vec(0, 0, at) for at in z])
-    return p
 
 
 def _stack(name: str, weight: float, *hulls: str) -> Component:

@@ -25,18 +25,18 @@ _RANGES = {  # of beam, depth, transom, fineness, fullness, sheer at the bow, st
     "navy": ((0.08, 0.16), (0.05, 0.1), (0.5, 0.9), (0.7, 1), (2.2, 3.5), (0, 0.05), (0.024, 0.04)),
     "barge": ((0.16, 0.42), (0.045, 0.11), (0.9, 1), (0.1, 0.3), (5, 9), (0, 0.04), (0.05, 0.09)),
 }  # fmt: skip
+_STATIONS = 0.55 * np.linspace(0, 1, 17) + 0.45 * np.linspace(0, 1, 17) ** 2
+"""Stations (17,) from bow to stern, denser at the bow."""
 _COLORS = ("black", "navy", "red", "green", "blue", "orange", "white")
 
 
 def _draw(rng: Rng, kind: str) -> Plan:
     """Draw the sizes and materials of a watercraft with a hull of a kind."""
-    values = [float(rng.uniform(*span)) for span in _RANGES[kind]]
-    beam, depth, transom, fineness, fullness, sheer, storey = values
+    beam, depth, transom, fine, full, sheer, storey = (rng.uniform(*s) for s in _RANGES[kind])
     ends = (sheer, sheer * rng.uniform(0.0, 1.0))
     rake = (depth * rng.uniform(0.0, 1.2), depth * rng.uniform(-0.2, 0.5))
     lift = (depth * rng.uniform(0.1, 0.6), depth * rng.uniform(0.1, 0.5))
-    widest = rng.uniform(0.35, 0.6)
-    hull = Hull(beam, depth, transom, fineness, fullness, widest, ends, rake, lift)
+    hull = Hull(beam, depth, transom, fine, full, rng.uniform(0.35, 0.6), ends, rake, lift)
     wooden, white = kind in ("skiff", "canoe", "galleon"), kind in ("planing", "yacht", "liner")
     cargo, odd = kind in ("freighter", "barge"), ("orange",) if kind == "tub" else ()
     decks = ("red", "grey", "green") if cargo else ("wood", "wood", "cream")
@@ -54,18 +54,12 @@ def _draw(rng: Rng, kind: str) -> Plan:
     )
 
 
-def _stations() -> Array:
-    """Return stations (17,) from bow to stern, denser at the bow."""
-    t = np.linspace(0, 1, 17)
-    return 0.55 * t + 0.45 * t**2
-
-
 def _solid(b: Builder, p: Plan, hull: Hull, waterline: float) -> None:
     """Add a decked hull in two colours that meet at the height `waterline`."""
     for material, span in ((p.paint, (waterline, 9.0)), (p.lower, (0.0, waterline))):
-        b.loft("hull", material, [hull.profile(t, span) for t in _stations()])
+        b.loft("hull", material, [hull.profile(t, span) for t in _STATIONS])
     strip = ((-1, 0.0), (-1, 0.004), (1, 0.004), (1, 0.0))
-    rings = [[hull.edge(t, s, 0.06 * hull.half(t), y) for s, y in strip] for t in _stations()]
+    rings = [[hull.edge(t, s, 0.06 * hull.half(t), y) for s, y in strip] for t in _STATIONS]
     b.loft("deck", p.deck, rings)
 
 
@@ -73,7 +67,7 @@ def bulwark(b: Builder, p: Plan, height: float, thickness: float, first: float =
     """Add a strip that stands on the deck's edge, on both sides, from the station `first` aft."""
     for side in (-1, 1):
         rings = []
-        for t in first + (1 - first) * _stations():
+        for t in first + (1 - first) * _STATIONS:
             outer = p.hull.edge(t, side, -0.002)
             inner = p.hull.edge(t, side, min(thickness, 0.6 * p.hull.half(t)))
             high = height * (min(1.0, 0.3 + 12 * (t - first)) if first else 1.0)
@@ -84,10 +78,8 @@ def bulwark(b: Builder, p: Plan, height: float, thickness: float, first: float =
 
 def _railing(b: Builder, p: Plan, height: float, last: float) -> None:
     """Add posts and two wires along the deck's edge, from the bow to the station `last`."""
-    left, right = (
-        np.array([p.hull.edge(t, side, 0.008) for t in np.linspace(0.02, last, 7)])
-        for side in (-1, 1)
-    )
+    places = np.linspace(0.02, last, 7)
+    left, right = (np.array([p.hull.edge(t, s, 0.008) for t in places]) for s in (-1, 1))
     for foot in (*left, *right):
         b.cylinder("rail", p.spar, foot, foot + height * UP, 0.0025, segments=5)
     for level in (0.55 * height, height):
@@ -143,24 +135,21 @@ def opened(b: Builder, rng: Rng, kind: str) -> Plan:
     """Add an undecked hull with a closed stern, a gunwale and floor boards."""
     p, thick = _draw(rng, kind), 0.012
     hull = p.hull
-    skins = [(hull.profile(t), hull.profile(t, inset=thick)) for t in _stations()]
+    skins = [(hull.profile(t), hull.profile(t, inset=thick)) for t in _STATIONS]
     rings = [np.concatenate([outside, inside[::-1]]) for outside, inside in skins]
     b.loft("hull", p.paint, rings, caps=False)
     b.loft("hull", p.paint, [hull.profile(1.0) - vec(0, 0, thick), hull.profile(1.0)])
     bulwark(b, replace(p, paint=p.deck), 0.01, 0.02)
-    floor = (0.45 * hull.beam, 0.01, 0.56)
-    b.box("deck", p.deck, (0, 0.2 * hull.depth + 0.012, 0.07), floor)
+    floor = (0, 0.2 * hull.depth + thick, 0.07)
+    b.box("deck", p.deck, floor, (0.45 * hull.beam, 0.01, 0.56))
     return p
 
 
 def twin(b: Builder, rng: Rng) -> Plan:
     """Add two or three slender hulls, a bridge deck across them, and often a net before it."""
     p = _draw(rng, "yacht")
-    gap, wide, hull = (
-        rng.uniform(0.14, 0.28),
-        rng.uniform(0.07, 0.13),
-        replace(p.hull, sheer=(0, 0)),
-    )
+    gap, wide = rng.uniform(0.14, 0.28), rng.uniform(0.07, 0.13)
+    hull = replace(p.hull, sheer=(0, 0))
     for x in (-gap, gap) if rng.random() < 0.75 else (-gap, 0, gap):
         _solid(b, p, replace(hull, beam=wide, x=x), 0.4 * hull.depth)
     front, tip, y = rng.uniform(-0.3, -0.22), hull.z(0.05), hull.depth
@@ -177,12 +166,11 @@ def submarine(b: Builder, rng: Rng) -> Plan:
     """Add a spindle with planes, tail fins and a screw, and sometimes a flat deck on it."""
     paint, dark = tint(rng, "dark", "black", "grey", "navy", "orange"), tint(rng, "dark", "black")
     r, nose, tail = rng.uniform(0.045, 0.11), rng.uniform(0.06, 0.25), rng.uniform(0.2, 0.5)
-    ahead = nose * (1 - np.cos(np.linspace(0, np.pi / 2, 9)))
+    ahead, axis = nose * (1 - np.cos(np.linspace(0, np.pi / 2, 9))), vec(0, r, 0)
     t = np.concatenate([ahead, np.linspace(1 - tail, 1, 11)])
     front = np.sqrt(np.maximum(1 - (1 - t / nose) ** 2, 0.0004))
     rear = 1 - 0.88 * np.clip((t - 1 + tail) / tail, 0, 1) ** 1.8
     rows = np.column_stack([r * np.where(t < nose, front, rear), 0.5 - t])
-    axis = vec(0, r, 0)
     b.lathe("hull", paint, rows, axis, turn=lean(-90))
     if rng.random() < 0.5:
         size = (rng.uniform(0.6, 1.2) * r, 0.3 * r, rng.uniform(0.4, 0.66))
@@ -192,8 +180,8 @@ def submarine(b: Builder, rng: Rng) -> Plan:
         way = about_z(turn + 90 * k) @ vec(reach, 0, 0) + vec(0, 0, 0.01)
         fin(b, "keel", paint, axis + vec(0, 0, 0.43), way, (0.08, 0.012))
     b.cylinder("engine", dark, axis + vec(0, 0, 0.49), axis + vec(0, 0, 0.515), 0.16 * r)
-    for degrees in np.linspace(0, 360, int(rng.integers(3, 8)), endpoint=False):
-        spin, radii = about_z(degrees), r * vec(0.17, 0.36, 0.03)
+    radii = r * vec(0.17, 0.36, 0.03)
+    for spin in map(about_z, np.linspace(0, 360, int(rng.integers(3, 8)), endpoint=False)):
         center, turned = axis + spin @ vec(0, 0.42 * r, 0.5), spin @ about_y(145)
         b.ellipsoid("engine", dark, center, radii, segments=8, turn=turned)
     return Plan(Hull(2 * r, 2 * r), 0.7 * r, paint, dark, dark, paint, dark, dark)
@@ -204,20 +192,17 @@ def fin(b: Builder, part: str, paint: Material, root: Array, reach: ArrayLike, s
     out = np.asarray(reach, float)
     side = np.cross((0, 0, 1.0), out)
     side /= np.linalg.norm(side)
-    s, (chord, thickness) = (
-        np.array([(-0.5, 0), (-0.42, 0.6), (-0.2, 1), (0.1, 0.8), (0.5, 0.08)]),
-        size,
-    )
+    s = np.array([(-0.5, 0), (-0.42, 0.6), (-0.2, 1), (0.1, 0.8), (0.5, 0.08)])
     foil = np.concatenate([s, s[-1:0:-1] * (1, -1)])
-    section = foil[:, :1] * vec(0, 0, chord) + foil[:, 1:] * side * thickness / 2
+    section = foil[:, :1] * vec(0, 0, size[0]) + foil[:, 1:] * side * size[1] / 2
     b.loft(part, paint, [root + t * out + (1 - 0.3 * t**2) * section for t in (0, 0.5, 0.97, 1)])
 
 
+_OPENED = {"skiff": 1.2, "canoe": 0.8}
 _DECKED = {"planing": 2.2, "yacht": 1.7, "tub": 1.3, "galleon": 1.2, "freighter": 1.5, "liner": 1,
            "navy": 1.3, "barge": 0.9}  # fmt: skip
 HULLS = (
-    Component("skiff", 1.2, partial(opened, kind="skiff")),
-    Component("canoe", 0.8, partial(opened, kind="canoe")),
+    *(Component(kind, weight, partial(opened, kind=kind)) for kind, weight in _OPENED.items()),
     *(Component(kind, weight, partial(decked, kind=kind)) for kind, weight in _DECKED.items()),
     Component("catamaran", 0.9, twin),
     Component("submarine", 0.7, submarine),

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.kit import Builder, Component, Rng, pick_material
+from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing, pick_material
 from ffd_lightning.shapes.kit.paths import circle
 from ffd_lightning.shapes.kit.vectors import UP, about_z, lean, vec
-from ffd_lightning.shapes.watercraft.houses import nothing
 from ffd_lightning.shapes.watercraft.plan import Plan, tint
 
 
 def thwarts(b: Builder, rng: Rng, p: Plan) -> None:
     """Add boards to sit on from side to side."""
     for t in np.linspace(rng.uniform(0.2, 0.35), 0.85, int(rng.integers(2, 6))):
-        size = (1.9 * p.hull.half(t), 0.014, 0.07)
         middle = p.hull.edge(t, 0, up=-0.25 * p.hull.depth)
-        b.rounded_box("seat", p.deck, middle, size, 0.01)
+        b.rounded_box("seat", p.deck, middle, (1.9 * p.hull.half(t), 0.014, 0.07), 0.01)
 
 
 def seats(b: Builder, rng: Rng, p: Plan) -> None:
@@ -63,18 +61,15 @@ def containers(b: Builder, rng: Rng, p: Plan) -> None:
                 rows = max(1, most - int(rng.integers(0, 2))) if abs(x) + wide / 2 < half else 0
                 for row in range(rows):
                     middle = (x, p.hull.top(z + 0.5) + (row + 0.5) * tall, z)
-                    size, color = (0.95 * wide, 0.97 * tall, long), colors[int(rng.integers(5))]
-                    b.box("cargo", color, middle, size)
+                    size = (0.95 * wide, 0.97 * tall, long)
+                    b.box("cargo", colors[int(rng.integers(5))], middle, size)
 
 
 def hatches(b: Builder, rng: Rng, p: Plan) -> None:
     """Add hatch covers, mostly with cranes or derricks between them."""
     cover, steel = tint(rng, "grey", "green", "red", "cream"), tint(rng, "cream", "grey", "orange")
-    share, tall, pitch = (
-        rng.uniform(0.55, 0.8),
-        rng.uniform(0.3, 1) * p.storey,
-        rng.uniform(0.1, 0.2),
-    )
+    share, tall = rng.uniform(0.55, 0.8), rng.uniform(0.3, 1) * p.storey
+    pitch = rng.uniform(0.1, 0.2)
     kind, high = int(rng.integers(3)), rng.uniform(3, 6) * p.storey
     for front, back in p.rooms(0.1):
         for z in np.arange(front + pitch / 2, back - 0.4 * pitch, pitch):
@@ -87,11 +82,11 @@ def hatches(b: Builder, rng: Rng, p: Plan) -> None:
                 continue
             head = foot + high * UP
             b.cylinder("mast", steel, foot, head, 0.01, segments=8)
-            tips = [head + vec(0, 0.3 * high, -0.85 * pitch)]
+            start, tips = head, [head + vec(0, 0.3 * high, -0.85 * pitch)]
             if kind == 2:
+                start = foot + 0.2 * high * UP
                 tips = [foot + vec(x * wide, 0.8 * high, -0.6 * pitch) for x in (-0.4, 0.4)]
             for tip in tips:
-                start = head if kind == 1 else foot + 0.2 * high * UP
                 b.cylinder("mast", steel, start, tip, 0.006, segments=6)
 
 
@@ -102,12 +97,11 @@ def tanks(b: Builder, rng: Rng, p: Plan) -> None:
     for front, back in p.rooms(1.5 * wide):
         count = max(1, int((back - front) / (rng.uniform(2.1, 5) * wide)))
         pitch = (back - front) / count
-        b.box(
-            "deck", p.paint, (0, p.hull.depth, (front + back) / 2), (1.6 * wide, 0.03, back - front)
-        )
+        middle, size = (0, p.hull.depth, (front + back) / 2), (1.6 * wide, 0.03, back - front)
+        b.box("deck", p.paint, middle, size)
         for z in front + (np.arange(count) + 0.5) * pitch:
             radii = (wide, share * wide, 0.48 * pitch)
-            b.ellipsoid("cargo", stuff, (0, p.hull.depth, z), radii, segments=20)
+            b.ellipsoid("cargo", stuff, (0, p.hull.depth, z), radii)
 
 
 def pipes(b: Builder, rng: Rng, p: Plan) -> None:
@@ -124,17 +118,15 @@ def pipes(b: Builder, rng: Rng, p: Plan) -> None:
         for x in (-0.2 * beam, 0.2 * beam):
             foot = middle + vec(x, -0.02, -0.06)
             b.cylinder("mast", steel, foot, foot + 0.1 * UP, 0.006, segments=8)
-            b.cylinder(
-                "mast", steel, foot + 0.06 * UP, foot + vec(0, 0.09, 0.08), 0.004, segments=6
-            )
+            tip = foot + vec(0, 0.09, 0.08)
+            b.cylinder("mast", steel, foot + 0.06 * UP, tip, 0.004, segments=6)
 
 
 def gear(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a derrick with its boom, a winch, crates, and often tyres along the sides."""
     front, back = max(p.rooms(0.0), key=lambda room: room[1] - room[0])
-    way = 1 if front > p.house[0] else -1
+    way, z = (1, front + 0.04) if front > p.house[0] else (-1, back - 0.04)
     steel, crate = tint(rng, "orange", "grey", "cream"), pick_material(rng, "plastic")
-    z = front + 0.04 if way > 0 else back - 0.04
     foot, high, long = vec(0, p.level(z), z), rng.uniform(0.15, 0.45), 0.8 * (back - front)
     b.cylinder("mast", steel, foot, foot + high * UP, 0.015, radius_end=0.01, segments=10)
     tip = foot + vec(0, rng.uniform(0.3, 0.9) * high, way * rng.uniform(0.5, 1.0) * long)
@@ -156,7 +148,7 @@ def guns(b: Builder, rng: Rng, p: Plan) -> None:
     for (front, back), way in zip(p.rooms(-1.0), (-1.0, 1.0), strict=True):
         count = min(int(rng.integers(1, 4)), int((back - front) / (2.8 * s)))
         for i in range(count):
-            z = back - (1.4 + 2.8 * i) * s if way < 0 else front + (1.4 + 2.8 * i) * s
+            z = (back if way < 0 else front) + way * (1.4 + 2.8 * i) * s
             deck = vec(0, p.hull.top(z + 0.5), z)
             middle = deck + (0.7 + 0.8 * (count - 1 - i)) * s * UP
             b.cylinder("gun", p.wall, deck, middle, 0.75 * s, segments=16)

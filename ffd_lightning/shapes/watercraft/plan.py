@@ -5,7 +5,7 @@ The unit is the length of the hull, whose middle is above the origin; the keel i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,8 +24,7 @@ def tint(rng: Rng, *names: str) -> Material:
     """Draw one of the named colours, a little off its usual tone; "wood" is grained."""
     name = names[int(rng.integers(len(names)))]
     if name == "wood":
-        wood = pick_material(rng, "wood")
-        return Material(wood.color, "wood", 4.0, seed=wood.seed)
+        return replace(pick_material(rng, "wood"), pattern="wood", scale=4.0)
     color = np.array(_COLORS[name])
     r, g, b = np.clip(color * rng.uniform(0.85, 1.1) + rng.uniform(-0.03, 0.03, 3), 0.03, 1.0)
     return Material((float(r), float(g), float(b)))
@@ -33,31 +32,18 @@ def tint(rng: Rng, *names: str) -> Material:
 
 @dataclass(frozen=True)
 class Hull:
-    """The shape of a hull, its bow at -z; stations run from 0 at the bow to 1 at the stern.
+    """The shape of a hull, its bow at -z; stations run from 0 at the bow to 1 at the stern."""
 
-    Attributes:
-        beam: greatest breadth.
-        depth: from the keel to the deck's edge at its lowest.
-        transom: breadth at the stern, as a fraction of the beam.
-        fineness: below 1 for a blunt bow, above for a sharp one.
-        fullness: of the midship section: 1.3 is a V, 2 an ellipse, 5 nearly a box.
-        widest: station of the greatest breadth.
-        sheer: how much the deck's edge rises to the bow and to the stern.
-        rake: how far the deck overhangs the keel there.
-        lift: how much the keel rises there.
-        x: shifts the hull sideways, as in a catamaran.
-    """
-
-    beam: float
-    depth: float
-    transom: float = 0.9
-    fineness: float = 0.15
-    fullness: float = 2.5
-    widest: float = 0.5
-    sheer: Pair = (0.0, 0.0)
-    rake: Pair = (0.0, 0.0)
-    lift: Pair = (0.0, 0.0)
-    x: float = 0.0
+    beam: float  # greatest breadth
+    depth: float  # from the keel to the deck's edge at its lowest
+    transom: float = 0.9  # breadth at the stern, as a fraction of the beam
+    fineness: float = 0.15  # below 1 for a blunt bow, above for a sharp one
+    fullness: float = 2.5  # of the midship section: 1.3 is a V, 2 an ellipse, 5 nearly a box
+    widest: float = 0.5  # station of the greatest breadth
+    sheer: Pair = (0.0, 0.0)  # how much the deck's edge rises to the bow and to the stern
+    rake: Pair = (0.0, 0.0)  # how far the deck overhangs the keel there
+    lift: Pair = (0.0, 0.0)  # how much the keel rises there
+    x: float = 0.0  # shifts the hull sideways, as in a catamaran
 
     def half(self, t: float) -> float:
         """Return half the breadth of the deck at a station."""
@@ -107,31 +93,18 @@ class Hull:
 
 @dataclass(frozen=True)
 class Plan:
-    """The sizes and materials of a watercraft.
+    """The sizes and materials of a watercraft."""
 
-    Attributes:
-        hull: its shape; of a catamaran, a box about both hulls.
-        storey: height of a house's storey, by which railings, masts and seats are sized too.
-        paint: of the hull.
-        lower: of the hull below the waterline, and of keels.
-        deck: what the deck is of.
-        wall: of the houses.
-        glass: of the windows.
-        spar: of masts and railings.
-        house: where the lowest storey begins and ends, along z.
-        tiers: of each storey's roof, where it begins and ends along z, and its height.
-    """
-
-    hull: Hull
-    storey: float
-    paint: Material
-    lower: Material
-    deck: Material
-    wall: Material
-    glass: Material
-    spar: Material
-    house: Pair = (0.5, 0.5)
-    tiers: tuple[tuple[Pair, float], ...] = ()
+    hull: Hull  # its shape; of a catamaran, a box about both hulls
+    storey: float  # height of a house's storey, by which railings, masts and seats are sized too
+    paint: Material  # of the hull
+    lower: Material  # of the hull below the waterline, and of keels
+    deck: Material  # what the deck is of
+    wall: Material  # of the houses
+    glass: Material  # of the windows
+    spar: Material  # of masts and railings
+    house: Pair = (0.5, 0.5)  # where the lowest storey begins and ends, along z
+    tiers: tuple[tuple[Pair, float], ...] = ()  # of each storey's roof: ends along z, and height
 
     @property
     def roof(self) -> float:

@@ -8,10 +8,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.kit import Builder, Component, Material, Rng
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, nothing
 from ffd_lightning.shapes.kit.sheets import sheet
 from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, about_y, about_z, vec
-from ffd_lightning.shapes.watercraft.houses import nothing
 from ffd_lightning.shapes.watercraft.plan import Plan, tint
 
 
@@ -38,8 +37,8 @@ def outboards(b: Builder, rng: Rng, p: Plan) -> None:
         b.rounded_box("engine", cowl, top + s * vec(0, 0.06, 0.05), s * vec(0.08, 0.1, 0.12), 0.03)
         b.box("engine", dark, top + s * vec(0, -0.06, 0.05), s * vec(0.035, 0.24, 0.06))
         b.ellipsoid("engine", dark, low, s * vec(0.022, 0.022, 0.07), segments=10)
-        for k in range(3):
-            turn, radii = about_z(120 * k) @ about_y(35), 0.001 * s * vec(14, 30, 4)
+        for degrees in (0, 120, 240):
+            turn, radii = about_z(degrees) @ about_y(35), 0.001 * s * vec(14, 30, 4)
             center = low + s * (turn @ vec(0, 0.025, 0) + vec(0, 0, 0.07))
             b.ellipsoid("engine", dark, center, radii, segments=8, turn=turn)
 
@@ -65,8 +64,7 @@ def boomed(
     b: Builder, rng: Rng, p: Plan, cloth: Material, foot: Array, size: Pair, kind: str
 ) -> None:
     """Add a boom of `size`[1] and a "pointed", "gaff" or battened "junk" sail, or it furled."""
-    high, boom = size
-    swing = rng.uniform(-0.3, 0.3)
+    (high, boom), swing = size, rng.uniform(-0.3, 0.3)
     away = boom * vec(np.sin(swing), 0.02, np.cos(swing))
     mid = vec(foot[0], max(foot[1] + 0.12 * high, p.roof + 0.03), foot[2] + 0.01)
     up, belly = (high + foot[1] - mid[1] - 0.03) * UP, vec(np.sign(swing) * 0.1 * boom, 0, 0)
@@ -76,20 +74,18 @@ def boomed(
         path = [mid + t * away for t in (0.02, 0.1, 0.5, 0.9, 0.98)]
         b.tube("sail", cloth, path, (0.016, 0.03, 0.028, 0.02, 0.01), segments=10)
     elif kind == "pointed":
-        head = mid + up
-        peak = head + rng.uniform(0.03, 0.2) * away
-        _sail(b, cloth, (mid, end, head, peak), belly + 0.1 * away)
+        peak = mid + up + rng.uniform(0.03, 0.2) * away
+        _sail(b, cloth, (mid, end, mid + up, peak), belly + 0.1 * away)
     elif kind == "gaff":
         peak = throat + 0.62 * away + 0.36 * up
         b.cylinder("mast", p.spar, throat, peak, 0.008, segments=8)
         _sail(b, cloth, (mid, end, throat, peak), belly)
     else:
-        ends = np.array(
-            [mid - 0.25 * away, end, mid + 0.88 * up - 0.2 * away, mid + up + 0.45 * away]
-        )
-        _sail(b, cloth, ends, 0 * belly)
+        low = np.array([mid - 0.25 * away, end])
+        top = np.array([mid + 0.88 * up - 0.2 * away, mid + up + 0.45 * away])
+        _sail(b, cloth, [*low, *top], 0 * belly)
         for t in np.linspace(0, 1, int(rng.integers(4, 8))):
-            left, right = ends[:2] + t * (ends[2:] - ends[:2])
+            left, right = low + t * (top - low)
             b.cylinder("mast", p.spar, left, right, 0.006, segments=6)
 
 
@@ -133,13 +129,8 @@ def _jibs(b: Builder, rng: Rng, p: Plan, cloth: Material, foot: Array, high: flo
         _sail(b, cloth, (tack, clew, peak, peak + vec(0, 0, 0.012)), (0.7 * side, 0, 0.02))
 
 
-def sails(
-    b: Builder, rng: Rng, p: Plan, masts: tuple[int, int], kind: str, jibs: float = 1.0
-) -> None:
-    """Add masts, as many as a draw from `masts`, with stays, sails of a kind and headsails.
-
-    `jibs` is how often there are headsails.
-    """
+def sails(b: Builder, rng: Rng, p: Plan, masts: tuple[int, int], kind: str, jibs: float) -> None:
+    """Add a number of masts with stays, sails of a kind, and headsails as often as `jibs`."""
     plain = tint(rng, "white", "white", "white", "cream", "red", "orange", "blue")
     cloth = replace(plain, pattern="stripes", scale=1.2) if rng.random() < 0.2 else plain
     count = int(rng.integers(masts[0], masts[1] + 1))
