@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -90,14 +91,13 @@ def face(b: Builder, rng: Rng, p: Plan, lamps: Pair, pairs: int = 1) -> None:
         tall = p.top(z) - low
         size = (min(lamps[0], 0.9 * half / pairs), min(lamps[1], 0.42 * tall))
         size = (min(size),) * 2 if lamps[0] == lamps[1] else size
-        for side in (-1, 1):
-            for i in range(pairs):
-                at = (side * (0.93 * half - (i + 0.5) * size[0] - 0.02), low + level * tall, z)
-                if lamps[0] == lamps[1]:
-                    radii = (size[0] / 2, size[1] / 2, 0.045)
-                    b.ellipsoid("light", material, at, radii, segments=10)
-                else:
-                    b.rounded_box("light", material, at, (*size, 0.06), 0.025, segments=1)
+        for side, i in itertools.product((-1, 1), range(pairs)):
+            at = (side * (0.93 * half - (i + 0.5) * size[0] - 0.02), low + level * tall, z)
+            if lamps[0] == lamps[1]:
+                radii = (size[0] / 2, size[1] / 2, 0.045)
+                b.ellipsoid("light", material, at, radii, segments=10)
+            else:
+                b.rounded_box("light", material, at, (*size, 0.06), 0.025, segments=1)
         height, box = low + 0.2 * tall, (1.98 * half, tall_bumper * tall, 0.16)
         b.rounded_box("trim", bumper, (0, height, z - end * 0.03), box, 0.07, segments=2)
         b.box("trim", LAMP, (0, height + 0.02, z + end * 0.052), (0.42, 0.09, 0.012))

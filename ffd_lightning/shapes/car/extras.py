@@ -123,11 +123,10 @@ def crate(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
 def flatbed(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
     """Add a platform between low fences."""
     start, end = c.feet[1] + 0.08, p.length / 2
-    y, long, wide = p.least + 0.05, end - start, 1.04 * p.width
+    y, long, wide, tall = p.least + 0.05, end - start, 1.04 * p.width, rng.uniform(0.2, 0.9)
     b.box("body", p.second, (0, y, (start + end) / 2), (wide, 0.1, long))
     size = (wide, 0.7 * (c.height - y), 0.06)
     b.box("body", p.second, (0, y + size[1] / 2, start + 0.03), size)
-    tall = rng.uniform(0.2, 0.9)
     for side in (-0.49 * wide, 0.49 * wide):
         for z in np.linspace(start + 0.1, end - 0.05, 5):
             b.box("trim", BLACK, (side, y + tall / 2, z), (0.06, tall, 0.06))

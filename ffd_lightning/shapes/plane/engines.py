@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from functools import partial
 
 import numpy as np
@@ -136,16 +137,14 @@ def props(b: Builder, rng: Rng, p: Plan, count: int) -> None:
     wide, tall, ahead = (rng.uniform(*ends) for ends in ((0.032, 0.055), (1, 1.3), (0.06, 0.12)))
     cowl, state = p.accent if rng.random() < 0.4 else p.paint, int(rng.integers(1 << 30))
     radius = min(rng.uniform(0.06, 0.11), 0.14 * p.span if count == 4 else 1.0)
-    for t in (p.station, p.station + 0.3)[: count // 2]:
-        for side in (-1, 1):
-            same = np.random.default_rng(state)  # all propellers are equal
-            x, y, z = p.wing(t, 0, side)
-            chord = p.wing(t, 1)[2] - z
-            places = [(0.006 - ahead, 0.7), (0.035 - ahead, 1)]
-            places += [(0.5 * chord, 1), (1.15 * chord, 0.35)]
-            pod = [Section(z + d, y, s * wide, s * tall * wide) for d, s in places]
-            skin(b, "engine", cowl, pod, 0.2, x)
-            _propeller(b, same, p, (x, y, z - ahead), radius)
+    for t, side in itertools.product((p.station, p.station + 0.3)[: count // 2], (-1, 1)):
+        same = np.random.default_rng(state)  # all propellers are equal
+        x, y, z = p.wing(t, 0, side)
+        chord = p.wing(t, 1)[2] - z
+        places = [(0.006 - ahead, 0.7), (0.035 - ahead, 1), (0.5 * chord, 1), (1.15 * chord, 0.35)]
+        pod = [Section(z + d, y, s * wide, s * tall * wide) for d, s in places]
+        skin(b, "engine", cowl, pod, 0.2, x)
+        _propeller(b, same, p, (x, y, z - ahead), radius)
 
 
 _LINER, _BUSINESS = {"fuselage": ("tube",), "mount": ("low",)}, {"role": ("business",)}
