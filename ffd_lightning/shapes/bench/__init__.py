@@ -18,21 +18,23 @@ def assemble(rng: Rng, chosen: Chosen) -> Builder:
         color = (grey, grey * rng.uniform(0.93, 1.0), grey * rng.uniform(0.82, 0.98))
         stone = Material(color, "speckle", 3.0, seed=int(rng.integers(1 << 30)))
         plan = replace(plan, wood=stone, frame=stone, cover=stone)
-    for slot in ("seat", "base", "back", "arms", "below"):
+    for slot in _SLOTS:
         chosen[slot].build(b, rng, plan)
     return b
 
 
-_SEATS = (
-    Component("boards", 4, seats.boards, {"use": ("garden", "hall", "row", "stool")}),
-    Component("board", 3, seats.board, {"use": ("garden", "hall", "row", "stool")}),
-    Component("pad", 4, seats.pad, {"use": ("hall", "bed", "stool")}),
-    Component("slab", 1, partial(seats.board, soft=0.0), {"use": ("stone",)}),
-    Component("bows", 1, nothing, {"use": ("round",)}),
-    Component("pair", 1, nothing, {"use": ("picnic",)}),
-)
+_BOARDED = {"use": ("garden", "hall", "row", "stool")}
 _LEVEL = {"seat": ("boards", "board", "pad")}
 _WOODEN = {"seat": ("boards", "board")}
+_ROUND = {"use": ("round",)}
+_SEATS = (
+    Component("boards", 4, seats.boards, _BOARDED),
+    Component("board", 3, seats.board, _BOARDED),
+    Component("pad", 4, seats.pad, {"use": ("hall", "bed", "stool")}),
+    Component("slab", 1, partial(seats.board, soft=0.0), {"use": ("stone",)}),
+    Component("bows", 1, nothing, _ROUND),
+    Component("pair", 1, nothing, {"use": ("picnic",)}),
+)
 _BASES = (
     Component("legs", 4, seats.legs, _LEVEL),
     Component("slabs", 1.5, seats.slabs, _WOODEN),
@@ -41,11 +43,11 @@ _BASES = (
     Component("iron", 2, seats.iron, {"use": ("garden",), **_WOODEN}),
     Component("chest", 2.5, seats.chest, {"use": ("hall", "bed"), "seat": ("board", "pad")}),
     Component("blocks", 1, seats.blocks, {"seat": ("slab",)}),
-    Component("bows", 1, seats.bows, {"use": ("round",)}),
-    Component("backed bows", 1, partial(seats.bows, backed=True), {"use": ("round",)}),
+    Component("bows", 1, seats.bows, _ROUND),
+    Component("backed bows", 1, partial(seats.bows, backed=True), _ROUND),
     Component("picnic", 1, seats.picnic, {"use": ("picnic",)}),
 )
-_SAT = {"use": ("garden", "hall"), "seat": ("boards", "board")}
+_SAT = {"use": ("garden", "hall"), **_WOODEN}
 _BACKS = (
     Component("open", 2, nothing),
     Component("slats", 2.5, backs.slats, _SAT),
@@ -68,16 +70,10 @@ _BELOW = (
     Component("nothing", 1, nothing),
     Component("shelf", 1, seats.shelf, {"use": ("hall",), "base": ("legs", "slabs", "loops")}),
 )
+_SLOTS = {"seat": _SEATS, "base": _BASES, "back": _BACKS, "arms": _ARMS, "below": _BELOW}
 CATEGORY = Product(
     parts=("seat", "back", "arm", "leg", "table"),
-    slots={
-        "use": USES,
-        "seat": _SEATS,
-        "base": _BASES,
-        "back": _BACKS,
-        "arms": _ARMS,
-        "below": _BELOW,
-    },
+    slots={"use": USES, **_SLOTS},
     family=("base", "back"),
     assemble=assemble,
 )

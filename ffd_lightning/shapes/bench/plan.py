@@ -15,35 +15,20 @@ from ffd_lightning.shapes.kit.vectors import Array, lean, vec
 
 @dataclass(frozen=True)
 class Plan:
-    """A bench's sizes and materials; the middle of its seat is above the origin.
+    """A bench's sizes and materials; the middle of its seat is above the origin."""
 
-    Attributes:
-        length: of the seat.
-        depth: of the seat.
-        seat: height of the seat's upper side.
-        rise: of the back above the seat.
-        rake: degrees by which the back is tipped.
-        thick: of the seat.
-        side: thickness of posts and legs.
-        inset: how far from the ends the outer legs and posts stand.
-        arm: height of arms above the seat.
-        wood: what boards are of.
-        frame: what carries them is of.
-        cover: what pads are of.
-    """
-
-    length: float
-    depth: float
-    seat: float
-    rise: float
-    rake: float
-    thick: float
-    side: float
-    inset: float
-    arm: float
-    wood: Material
-    frame: Material
-    cover: Material
+    length: float  # of the seat
+    depth: float  # of the seat
+    seat: float  # height of the seat's upper side
+    rise: float  # of the back above the seat
+    rake: float  # degrees by which the back is tipped
+    thick: float  # of the seat
+    side: float  # thickness of posts and legs
+    inset: float  # how far from the ends the outer legs and posts stand
+    arm: float  # height of arms above the seat
+    wood: Material  # what boards are of
+    frame: Material  # what carries them is of
+    cover: Material  # what pads are of
 
     @property
     def under(self) -> float:
@@ -64,7 +49,11 @@ class Plan:
         self, b: Builder, part: str, x: float, y: float, reach: float, tall: float, z: float = 0.0
     ) -> None:
         """Add a bar from the front to the back that reaches +-`reach` about `z`."""
-        beam(b, part, self.frame, (x, y, z - reach), (x, y, z + reach), width=0.025, height=tall)
+        beam(b, part, self.frame, (x, y, z - reach), (x, y, z + reach), 0.025, tall)
+
+    def along(self, b: Builder, part: str, y: float, wide: float, tall: float) -> None:
+        """Add a bar from the legs at one end to those at the other."""
+        beam(b, part, self.frame, (self.xs[0], y, 0), (self.xs[-1], y, 0), wide, tall)
 
 
 _SIZES = {  # how frequent, then length, depth, seat, rise, rake: the lowest and the highest
@@ -79,19 +68,16 @@ _SIZES = {  # how frequent, then length, depth, seat, rise, rake: the lowest and
 }
 
 
-def draw_plan(rng: Rng, seat: str, low: tuple[float, ...], high: tuple[float, ...]) -> Plan:
-    """Draw a bench between the lowest and the highest sizes for a kind of seat."""
+def draw_plan(rng: Rng, seat: str, use: str) -> Plan:
+    """Draw the sizes and materials of a bench for a use with a kind of seat."""
     wood = frame = pick_material(rng, draw(rng, ["wood", "paint"], [0.75, 0.25]))
     if rng.random() < 0.45:
         frame = pick_material(rng, draw(rng, ["metal", "wood", "paint"], [0.6, 0.25, 0.15]))
     thick = rng.uniform(0.05, 0.16) if seat in ("pad", "slab") else rng.uniform(0.02, 0.05)
     side, inset = rng.uniform(0.035, 0.075), rng.choice([0.0, rng.uniform(0.0, 0.2)])
-    length, depth, height, rise, rake = rng.uniform(low, high)
+    length, depth, height, rise, rake = rng.uniform(*_SIZES[use][1:])
     sizes = (thick, side, side / 2 + inset * length / 2, min(rng.uniform(0.14, 0.28), rise))
     return Plan(length, depth, height, rise, rake, *sizes, wood, frame, draw_cover(rng))
 
 
-USES = tuple(
-    Component(name, weight, partial(draw_plan, low=low, high=high))
-    for name, (weight, low, high) in _SIZES.items()
-)
+USES = tuple(Component(use, of[0], partial(draw_plan, use=use)) for use, of in _SIZES.items())

@@ -10,15 +10,7 @@ import numpy as np
 from ffd_lightning.shapes.bench.plan import Plan
 from ffd_lightning.shapes.kit import Builder, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam, slats
-from ffd_lightning.shapes.kit.legs import (
-    STRAIGHT,
-    LegStyle,
-    add_leg,
-    add_legs,
-    add_trestle,
-    draw_leg_style,
-    square_post,
-)
+from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, add_trestle, draw_leg_style
 from ffd_lightning.shapes.kit.paths import bend, corners
 from ffd_lightning.shapes.kit.sheets import arc
 from ffd_lightning.shapes.kit.vectors import UP, vec
@@ -49,10 +41,9 @@ def pad(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a thick pad, often buttoned or in two or three parts, on a frame."""
     count, edge = int(rng.choice([1, 2, 3], p=[0.7, 0.15, 0.15])), 0.4 * p.thick
     wide, middle = p.length / count, p.seat - p.thick / 2
+    size, frame = (0.995 * wide, p.thick, p.depth), (0.97 * p.length, 0.05, 0.95 * p.depth)
     for x in (np.arange(count) + 0.5 - count / 2) * wide:
-        size = (0.995 * wide, p.thick, p.depth)
         b.rounded_box("seat", p.cover, (x, middle, 0), size, 0.05, edge=edge)
-    frame = (0.97 * p.length, 0.05, 0.95 * p.depth)
     b.rounded_box("seat", p.frame, (0, p.under - 0.01, 0), frame, 0.01)
     for x in np.linspace(-0.42, 0.42, round(p.length / 0.17)) if rng.random() < 0.4 else ():
         for z in (-0.3, 0.0, 0.3):
@@ -74,7 +65,7 @@ def legs(b: Builder, rng: Rng, p: Plan) -> None:
     for i in (-1, 1) if apron else ():
         y, z = p.under - tall / 2, i * (reach - splay)
         p.across(b, "leg", i * p.xs[-1], y, reach - splay, tall)
-        beam(b, "leg", p.frame, (p.xs[0], y, z), (p.xs[-1], y, z), width=0.022, height=tall)
+        beam(b, "leg", p.frame, (p.xs[0], y, z), (p.xs[-1], y, z), 0.022, tall)
 
 
 def slabs(b: Builder, rng: Rng, p: Plan) -> None:
@@ -83,7 +74,7 @@ def slabs(b: Builder, rng: Rng, p: Plan) -> None:
     for x in p.xs[[0, -1]]:
         b.rounded_box("leg", p.frame, (x, p.under / 2, 0), size, 0.01, segments=4)
     y, tall = p.under * rng.uniform(0.3, 0.8), rng.uniform(0.0, 0.35) * p.under
-    beam(b, "leg", p.frame, (p.xs[0], y, 0), (p.xs[-1], y, 0), width=0.03, height=max(tall, 0.04))
+    p.along(b, "leg", y, 0.03, max(tall, 0.04))
 
 
 def trestles(b: Builder, rng: Rng, p: Plan) -> None:
@@ -91,8 +82,7 @@ def trestles(b: Builder, rng: Rng, p: Plan) -> None:
     kind = draw(rng, ["x", "a", "h", "t"])
     for x in p.xs[[0, -1]]:
         y = add_trestle(b, p.frame, kind, x, 0.46 * p.depth, p.under, p.side)
-    ends = (p.xs[0], y, 0), (p.xs[-1], y, 0)
-    beam(b, "leg", p.frame, *ends, width=0.5 * p.side, height=p.side)
+    p.along(b, "leg", y, 0.5 * p.side, p.side)
 
 
 def loops(b: Builder, rng: Rng, p: Plan) -> None:
@@ -109,9 +99,8 @@ def iron(b: Builder, rng: Rng, p: Plan) -> None:
     z, low = 0.44 * p.depth, p.under - 0.01
     for x in p.xs:
         for side in (-1, 1):
-            path = [(x, 0.01, z + 0.07), (x, 0.5 * low, z - 0.05), (x, low, z)]
-            bent = bend(np.array(path) * (1, 1, side), 0.2)
-            b.tube("leg", p.frame, bent, 0.018, segments=8)
+            path = [(x, 0.01, side * (z + 0.07)), (x, 0.5 * low, side * (z - 0.05))]
+            b.tube("leg", p.frame, bend([*path, (x, low, side * z)], 0.2), 0.018, segments=8)
         p.across(b, "leg", x, low, z, 0.03)
         p.across(b, "leg", x, 0.45 * low, z - 0.03, 0.03)
 
@@ -121,11 +110,11 @@ def chest(b: Builder, rng: Rng, p: Plan) -> None:
     low, count = rng.choice([0.0, rng.uniform(0.03, 0.35) * p.under]), int(rng.integers(1, 6))
     size, y = vec(p.length - 0.02, p.under - low, p.depth - 0.03), (p.under + low) / 2
     b.rounded_box("seat", p.frame, (0, y, 0), size, 0.008)
+    panel = (0.88 * size[0] / count, 0.8 * size[1], 0.03)
     for x in (np.arange(count) + 0.5 - count / 2) * size[0] / count:
-        panel = (0.88 * size[0] / count, 0.8 * size[1], 0.03)
         b.rounded_box("seat", p.wood, (x, y, -size[2] / 2), panel, 0.008)
     tops = corners(size[0] - p.side, size[2] - p.side, low + 0.005)
-    add_legs(b, "leg", p.frame, square_post(p.side), tops, tops * vec(1, 0, 1))
+    add_legs(b, "leg", p.frame, LegStyle("square", p.side), tops, tops * vec(1, 0, 1))
 
 
 def blocks(b: Builder, rng: Rng, p: Plan) -> None:
@@ -157,10 +146,10 @@ def picnic(b: Builder, rng: Rng, p: Plan) -> None:
     for x in p.length * rng.uniform(0.28, 0.4) * np.array([-1, 1]):
         for sign in (-1, 1):
             ends = (x, top, sign * 0.3 * wide), (x, 0, sign * 0.95 * out)
-            add_leg(b, "leg", p.frame, square_post(p.side), *ends, (0.7, 1.4))
+            add_leg(b, "leg", p.frame, LegStyle("square", p.side), *ends, (0.7, 1.4))
         p.across(b, "leg", x, low, tip, 0.08)
         p.across(b, "leg", x, top - 0.03, 0.45 * wide, 0.06)
-        beam(b, "leg", p.frame, (x, low, 0), (0.25 * x, top - 0.01, 0), width=0.04, height=0.06)
+        beam(b, "leg", p.frame, (x, low, 0), (0.25 * x, top - 0.01, 0), 0.04, 0.06)
 
 
 def bows(b: Builder, rng: Rng, p: Plan, backed: bool = False) -> None:
@@ -168,30 +157,27 @@ def bows(b: Builder, rng: Rng, p: Plan, backed: bool = False) -> None:
     half, inner = np.radians(rng.uniform(25, 125)), rng.uniform(0.3, 1.0)
     inner += 0.25 / half
     angles, outer, low = np.linspace(-half, half, 29), inner + p.depth, p.under
-    edges = np.linspace(inner, outer, int(rng.integers(2, 7)))
-    for start, end in pairwise(edges):
+    for start, end in pairwise(np.linspace(inner, outer, int(rng.integers(2, 7)))):
         arc(b, "seat", p.wood, (start, end - 0.01), (low, p.seat), angles)
     levels = p.seat + np.linspace(0.35, 1.0, int(rng.integers(2, 5))) * p.rise
     for bottom, top in pairwise(levels) if backed else ():
         heights = bottom, top - 0.15 * (top - bottom)
         arc(b, "back", p.wood, (outer, outer + 0.03), heights, angles)
-    style = LegStyle(draw(rng, ["square", "round"]), p.side, STRAIGHT)
+    style = LegStyle(draw(rng, ["square", "round"]), p.side)
     for angle in np.linspace(-0.92, 0.92, max(3, round(2 * half * inner / 0.7))) * half:
         out = vec(np.sin(angle), 0, np.cos(angle))
         for r in (inner + 0.12 * p.depth, inner + 0.85 * p.depth):
             add_leg(b, "leg", p.frame, style, r * out + low * UP, r * out)
-        level = (low - 0.02) * UP
-        ends = (inner + 0.03) * out + level, outer * out + level
-        beam(b, "leg", p.frame, *ends, width=0.04, height=0.04)
+        level, rear = (low - 0.02) * UP, (outer - 0.012) * out
+        beam(b, "leg", p.frame, (inner + 0.03) * out + level, outer * out + level, 0.04, 0.04)
         if backed:
-            top = (outer - 0.012) * out + (p.seat + 0.97 * p.rise) * UP
-            beam(b, "back", p.frame, (outer - 0.012) * out + level, top, width=0.03, height=0.025)
+            top = rear + (p.seat + 0.97 * p.rise) * UP
+            beam(b, "back", p.frame, rear + level, top, 0.03, 0.025)
 
 
 def shelf(b: Builder, rng: Rng, p: Plan) -> None:
     """Add one or two shelves of boards below the seat."""
-    wide = p.xs[-1] - p.xs[0] + p.side
+    wide, count = p.xs[-1] - p.xs[0] + p.side, int(rng.integers(1, 3))
     low = replace(p, length=wide, inset=p.side / 2, depth=0.84 * p.depth, thick=0.02)
-    count = int(rng.integers(1, 3))
     for t in np.linspace(rng.uniform(0.2, 0.45), 1, count + 1)[:-1]:
         boards(b, rng, replace(low, seat=t * p.under), "leg")

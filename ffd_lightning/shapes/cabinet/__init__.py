@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+from ffd_lightning.shapes.cabinet.ends import STANDS, TOPS
 from ffd_lightning.shapes.cabinet.layouts import LAYOUTS
 from ffd_lightning.shapes.cabinet.plan import OUTLINES, USES, draw_plan
-from ffd_lightning.shapes.cabinet.stands import STANDS
-from ffd_lightning.shapes.cabinet.tops import TOPS
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
 
 

@@ -6,8 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from ffd_lightning.shapes.cabinet.fronts import doors, fronts, shelves, sliding_doors
-from ffd_lightning.shapes.cabinet.joinery import BOARD, Bay, Joinery, carcass, dividers, plank
+from ffd_lightning.shapes.cabinet.joinery import (
+    BOARD,
+    Bay,
+    Joinery,
+    carcass,
+    dividers,
+    doors,
+    fronts,
+    plank,
+    shelves,
+    sliding_doors,
+)
 from ffd_lightning.shapes.cabinet.plan import Plan
 from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import corners
@@ -28,12 +38,10 @@ def fill(b: Builder, rng: Rng, style: Joinery, bay: Bay, kind: str) -> None:
         fronts(b, style, bay, min(rows, 6))
     elif kind in ("door", "glass"):
         shelves(b, style, bay, min(4, int(bay.height / 0.35)))
-        handle = 0.5 if bay.height > 1.1 else 0.85
-        count = 2 if bay.width > 0.55 else 1
-        doors(b, style, bay, count, glazed=kind == "glass", handle=handle)
+        handle, count = 0.5 if bay.height > 1.1 else 0.85, 2 if bay.width > 0.55 else 1
+        doors(b, style, bay, count, kind == "glass", handle)
     elif bay.height > 0.3:
-        most = max(2, min(5, int(bay.height / 0.28)))
-        shelves(b, style, bay, int(rng.integers(1, most)))
+        shelves(b, style, bay, int(rng.integers(1, max(2, min(5, int(bay.height / 0.28))))))
 
 
 def drawers(b: Builder, rng: Rng, p: Plan) -> None:
@@ -46,8 +54,7 @@ def drawers(b: Builder, rng: Rng, p: Plan) -> None:
     split = rng.random() < 0.3 and p.width > 0.7
     for i, level in enumerate(levels):
         if i != empty:
-            count = columns + (split and i == rows - 1)
-            cells = level.split(np.ones(count), across=True)
+            cells = level.divide(columns + (split and i == rows - 1), across=True)
             dividers(b, p.style, cells, across=True)
             for cell in cells:
                 fronts(b, p.style, cell, 1)
@@ -101,7 +108,7 @@ def shelved(b: Builder, rng: Rng, p: Plan) -> None:
         low, bay = bay.split((rng.uniform(0.3, 0.7), 1), across=False)
         dividers(b, p.style, [low, bay], across=False)
         fill(b, rng, p.style, low, draw(rng, ["door", "drawers"]))
-    bays = bay.split(np.ones(max(1, round(p.width / rng.uniform(0.5, 1.0)))), across=True)
+    bays = bay.divide(max(1, round(p.width / rng.uniform(0.5, 1.0))), across=True)
     dividers(b, p.style, bays, across=True)
     count = max(1, round(bay.height / rng.uniform(0.22, 0.45)) - 1)
     for one in bays:
@@ -113,16 +120,16 @@ def cells(b: Builder, rng: Rng, p: Plan) -> None:
     cell, across = rng.uniform(0.28, 0.42), max(2, round(p.width / 0.35))
     tallest, stairs = max(2, round(p.height / 0.36)), rng.random() < 0.45
     direction, share = int(rng.choice([-1, 1])), rng.choice([0.0, 0.1, 0.35])
+    inset = replace(p.style, inset=True)
     for i in range(across):
         rows = max(1, tallest - i) if stairs else tallest
         x = direction * (i - (across - 1) / 2) * (cell - p.style.board)
         size = (cell, rows * (cell - p.style.board) + p.style.board, p.depth)
         bay = carcass(b, p.style, size, (x, 0.0))
-        levels = bay.split(np.ones(rows), across=False, gap=p.style.board)
+        levels = bay.divide(rows, across=False, gap=p.style.board)
         dividers(b, p.style, levels, across=False)
         for level in levels:
             if rng.random() < share:
-                inset = replace(p.style, inset=True)
                 fill(b, rng, inset, level, draw(rng, ["door", "drawers"]))
 
 
@@ -133,8 +140,8 @@ def rack(b: Builder, rng: Rng, p: Plan) -> None:
     for x, _, z in corners(p.width - post, p.depth - post, 0):
         size = (post, p.height, post)
         b.rounded_box("leg", metal, (x, p.height / 2, z), size, 0.3 * post, segments=4)
+    board = (p.width - 0.4 * post, 0.022, p.depth - 0.4 * post)
     for y in np.linspace(rng.uniform(0.06, 0.2), 0.985, int(rng.integers(3, 7))) * p.height:
-        board = (p.width - 0.4 * post, 0.022, p.depth - 0.4 * post)
         b.rounded_box("shelf", p.style.front, (0, y, 0), board, 0.01)
     x, z = p.width / 2.1, p.depth / 2 - post / 2
     for side in (-x, x) if rng.random() < 0.5 else ():
@@ -151,9 +158,8 @@ def towers(b: Builder, rng: Rng, p: Plan) -> None:
         at = (side * (p.width + wide) / 2 - side * 0.004, 0.0)
         fill(b, rng, p.style, carcass(b, p.style, (wide, rise, p.depth), at), kind)
     if len(sides) == 2 and rng.random() < 0.6:
-        low = rise - rng.uniform(0.03, 0.4) * (rise - p.height)
-        ends = (-p.width / 2 - 0.005, low - 0.03, 0), (p.width / 2 + 0.005, low, p.depth / 2)
-        plank(b, "shelf", p.style.body, *ends)
+        y, x = rise - rng.uniform(0.03, 0.4) * (rise - p.height), p.width / 2 + 0.005
+        plank(b, "shelf", p.style.body, (-x, y - 0.03, 0), (x, y, p.depth / 2))
 
 
 def kneehole(b: Builder, rng: Rng, p: Plan) -> None:
@@ -172,10 +178,10 @@ def files(b: Builder, rng: Rng, p: Plan) -> None:
     rows, bay = max(2, round(p.height / rng.uniform(0.2, 0.36))), p.case(b)
     fronts(b, p.style, bay, rows)
     paper, z = Material((0.92, 0.92, 0.86)), bay.front - (0 if p.style.inset else BOARD) - 0.002
-    for cell in bay.split(np.ones(rows), across=False, gap=0.0):
-        place = (cell.x, cell.y + 0.22 * cell.height, z)
-        b.rounded_box("drawer", p.style.handle, place, (0.1, 0.05, 0.006), 0.002, segments=1)
-        b.box("drawer", paper, (*place[:2], z - 0.003), (0.085, 0.035, 0.004))
+    for cell in bay.divide(rows, across=False, gap=0.0):
+        x, y = cell.x, cell.y + 0.22 * cell.height
+        b.rounded_box("drawer", p.style.handle, (x, y, z), (0.1, 0.05, 0.006), 0.002, segments=1)
+        b.box("drawer", paper, (x, y, z - 0.003), (0.085, 0.035, 0.004))
     lock = vec(0.4 * p.width, p.top - 0.05, z + 0.004)
     b.cylinder("handle", p.style.handle, lock, lock - vec(0, 0, 0.012), 0.012)
 
@@ -184,8 +190,8 @@ def lockers(b: Builder, rng: Rng, p: Plan) -> None:
     """Fill the case with narrow doors that have air slits."""
     bay, rows = p.case(b), int(rng.integers(1, 4))
     dark, z = Material((0.12, 0.12, 0.13)), bay.front - (0 if p.style.inset else BOARD)
-    for column in bay.split(np.ones(max(1, round(p.width / 0.35))), across=True):
-        for cell in column.split(np.ones(rows), across=False):
+    for column in bay.divide(max(1, round(p.width / 0.35)), across=True):
+        for cell in column.divide(rows, across=False):
             doors(b, p.style, cell, 1)
             for i in range(4):
                 y = cell.y + 0.44 * cell.height - 0.025 * i

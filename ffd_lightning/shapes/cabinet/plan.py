@@ -16,21 +16,13 @@ from ffd_lightning.shapes.kit.vectors import Array
 
 @dataclass(frozen=True)
 class Plan:
-    """A cabinet's sizes and look.
+    """A cabinet's sizes and look."""
 
-    Attributes:
-        width: of the case.
-        height: of the case, without what it stands on.
-        depth: of the case.
-        foot: height of what it stands on.
-        style: of its fronts.
-    """
-
-    width: float
-    height: float
-    depth: float
-    foot: float
-    style: Joinery
+    width: float  # of the case
+    height: float  # of the case, without what it stands on
+    depth: float  # of the case
+    foot: float  # height of what it stands on
+    style: Joinery  # of its fronts
 
     @property
     def top(self) -> float:
@@ -43,17 +35,17 @@ class Plan:
         return carcass(b, self.style, size, bottom=self.foot, back=back)
 
 
-_SIZES = {  # of width, height, depth
-    "night": ((0.34, 0.7), (0.2, 0.65), (0.26, 0.52)),
-    "chest": ((0.55, 1.3), (0.5, 1.2), (0.32, 0.62)),
-    "tall": ((0.3, 0.8), (0.9, 1.8), (0.25, 0.55)),
-    "low": ((1.0, 2.4), (0.22, 0.5), (0.28, 0.56)),
-    "sideboard": ((0.9, 2.1), (0.45, 1.0), (0.28, 0.6)),
-    "wardrobe": ((0.5, 2.8), (1.5, 2.4), (0.35, 0.72)),
-    "shelving": ((0.35, 2.0), (0.6, 2.3), (0.18, 0.42)),
-    "office": ((0.36, 1.3), (0.45, 1.6), (0.35, 0.75)),
-    "lockers": ((0.3, 2.2), (1.0, 2.0), (0.3, 0.6)),
-    "kitchen": ((0.45, 2.6), (0.62, 0.8), (0.5, 0.66)),
+_SIZES = {  # how frequent, then ranges of width, height, depth
+    "night": (1.2, (0.34, 0.7), (0.2, 0.65), (0.26, 0.52)),
+    "chest": (2, (0.55, 1.3), (0.5, 1.2), (0.32, 0.62)),
+    "tall": (1, (0.3, 0.8), (0.9, 1.8), (0.25, 0.55)),
+    "low": (2, (1.0, 2.4), (0.22, 0.5), (0.28, 0.56)),
+    "sideboard": (2, (0.9, 2.1), (0.45, 1.0), (0.28, 0.6)),
+    "wardrobe": (1.6, (0.5, 2.8), (1.5, 2.4), (0.35, 0.72)),
+    "shelving": (2, (0.35, 2.0), (0.6, 2.3), (0.18, 0.42)),
+    "office": (0.7, (0.36, 1.3), (0.45, 1.6), (0.35, 0.75)),
+    "lockers": (0.5, (0.3, 2.2), (1.0, 2.0), (0.3, 0.6)),
+    "kitchen": (1.2, (0.45, 2.6), (0.62, 0.8), (0.5, 0.66)),
 }
 _FOOT = {
     "plinth": (0.03, 0.1), "legs": (0.07, 0.45), "splayed": (0.1, 0.38), "bracket": (0.05, 0.14),
@@ -65,7 +57,7 @@ _KINDS = {"kitchen": ("wood", "paint", "plastic"), "shelving": ("wood", "wood", 
 def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
     """Draw the sizes and the look of a cabinet of these components."""
     use = chosen["use"].name
-    width, height, depth = (rng.uniform(*span) for span in _SIZES[use])
+    width, height, depth = (rng.uniform(*span) for span in _SIZES[use][1:])
     steel = use in ("office", "lockers")
     style = draw_joinery(rng, ("metal", "paint") if steel else _KINDS.get(use, ("wood", "paint")))
     if chosen["outline"].name != "straight":  # so that few faces are to be bent
@@ -76,11 +68,7 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
     return Plan(width, height, depth, share * rng.uniform(*_FOOT[chosen["stand"].name]), style)
 
 
-_WEIGHTS = {
-    "night": 1.2, "chest": 2, "tall": 1, "low": 2, "sideboard": 2, "wardrobe": 1.6,
-    "shelving": 2, "office": 0.7, "lockers": 0.5, "kitchen": 1.2,
-}  # fmt: skip
-USES = tuple(Component(name, weight, nothing) for name, weight in _WEIGHTS.items())
+USES = tuple(Component(use, of[0], nothing) for use, of in _SIZES.items())
 
 Outline = Callable[[Array], Array]
 """From x, -1 to 1 across the front, to the share of the depth there."""
@@ -134,12 +122,11 @@ def wedge(b: Builder, rng: Rng, p: Plan) -> Builder:
 
 _CURVED = {"layout": ("drawers", "doors", "both"), "top": ("flat", "bare", "cornice")}
 _SMALL = {"use": ("night", "chest", "sideboard")}
+_CORNERED = {"use": ("tall", "chest"), "layout": ("doors", "both")}
 OUTLINES = (
     Component("straight", 6.5, straight),
     Component("bow", 1.8, bow, _CURVED | {"use": (*_SMALL["use"], "wardrobe")}),
     Component("half", 1, half_round, _CURVED | _SMALL),
     Component("drum", 4, drum, _CURVED | {"use": ("night",), "stand": ("none", "plinth")}),
-    Component(
-        "wedge", 1.5, wedge, _CURVED | {"use": ("tall", "chest"), "layout": ("doors", "both")}
-    ),
+    Component("wedge", 1.5, wedge, {**_CURVED, **_CORNERED}),
 )

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ffd_lightning.shapes.chair.backs import ARM_KINDS, BACKS
-from ffd_lightning.shapes.chair.bases import BASES
 from ffd_lightning.shapes.chair.plan import USES, Plan
-from ffd_lightning.shapes.chair.seats import SEATS
+from ffd_lightning.shapes.chair.seats import BASES, SEATS
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
 from ffd_lightning.shapes.kit.upholstery import Seating
 

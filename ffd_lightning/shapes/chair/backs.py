@@ -5,16 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.chair.plan import Plan
-from ffd_lightning.shapes.kit import Builder, Component, Rng, boards, nothing
-from ffd_lightning.shapes.kit.boards import beam, slats
+from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing, upholstery
+from ffd_lightning.shapes.kit.boards import beam, pad, slats
 from ffd_lightning.shapes.kit.paths import bend
-from ffd_lightning.shapes.kit.seat_backs import (
-    add_arm,
-    add_loose_back,
-    add_tight_back,
-    add_tufts,
-    back_point,
-)
 from ffd_lightning.shapes.kit.sheets import sheet
 from ffd_lightning.shapes.kit.upholstery import ARMS, Seating
 from ffd_lightning.shapes.kit.vectors import lean, vec
@@ -22,12 +15,11 @@ from ffd_lightning.shapes.kit.vectors import lean, vec
 
 def _posts(b: Builder, rng: Rng, p: Plan) -> tuple[float, float]:
     """Add two posts; return half the distance between them and where the filling begins."""
-    post = rng.uniform(0.02, 0.042)
+    post, flare = rng.uniform(0.02, 0.042), rng.uniform(0.0, 0.03)
     half = (p.width - post) / 2 - 0.01
-    flare = rng.uniform(0.0, 0.03)
     for side in (-1, 1):
-        ends = p.back(side * half, -0.03), p.back(side * (half + flare), p.rise)
-        beam(b, "back", p.frame, *ends, width=post, height=post)
+        top = p.back(side * (half + flare), p.rise)
+        beam(b, "back", p.frame, p.back(side * half, -0.03), top, post, post)
     return half, p.rise * rng.uniform(0.1, 0.45)
 
 
@@ -35,8 +27,7 @@ def _crest(b: Builder, rng: Rng, p: Plan, half: float) -> None:
     """Add a rail across the tops of the posts."""
     tall = rng.uniform(0.04, 0.11)
     size = (2 * half + rng.uniform(0.03, 0.09), tall, 0.035)
-    radius = rng.uniform(0.1, 0.5) * tall
-    boards.pad(b, "back", p.frame, p.back(0, p.rise), size, radius, p.rake)
+    pad(b, "back", p.frame, p.back(0, p.rise), size, rng.uniform(0.1, 0.5) * tall, p.rake)
 
 
 def ladder(b: Builder, rng: Rng, p: Plan) -> None:
@@ -45,8 +36,7 @@ def ladder(b: Builder, rng: Rng, p: Plan) -> None:
     count = int(rng.integers(1, 7))
     bar = min(rng.uniform(0.03, 0.12), 0.8 * (p.rise - low) / count)
     first, last = p.back(0, low + bar / 2), p.back(0, p.rise - bar / 2)
-    size = (2 * half, bar, 0.018)
-    slats(b, "back", p.frame, first, last, size, count, lean(p.rake))
+    slats(b, "back", p.frame, first, last, (2 * half, bar, 0.018), count, lean(p.rake))
 
 
 def spindles(b: Builder, rng: Rng, p: Plan) -> None:
@@ -55,19 +45,18 @@ def spindles(b: Builder, rng: Rng, p: Plan) -> None:
     _crest(b, rng, p, half)
     low = 0.0 if rng.random() < 0.5 else low
     if low:
-        beam(b, "back", p.frame, p.back(-half, low), p.back(half, low), width=0.02, height=0.03)
+        beam(b, "back", p.frame, p.back(-half, low), p.back(half, low), 0.02, 0.03)
     for x in np.linspace(-half, half, int(rng.integers(5, 11)))[1:-1]:
-        ends = p.back(x, low - 0.01), p.back(x, p.rise)
-        b.cylinder("back", p.frame, *ends, radius=0.008, radius_end=0.007, segments=8)
+        rod = [p.back(x, low - 0.01), p.back(x, p.rise)]
+        b.tube("back", p.frame, rod, (0.008, 0.007), segments=8)
 
 
 def cross(b: Builder, rng: Rng, p: Plan) -> None:
     """Add posts, a crest, and two crossed bars."""
     half, low = _posts(b, rng, p)
     _crest(b, rng, p, half)
-    for side, width in ((-1, 0.02), (1, 0.016)):
-        ends = p.back(side * half, low), p.back(-side * half, p.rise)
-        beam(b, "back", p.frame, *ends, width=width, height=0.03)
+    for x, wide in ((-half, 0.02), (half, 0.016)):
+        beam(b, "back", p.frame, p.back(x, low), p.back(-x, p.rise), wide, 0.03)
 
 
 def panel(b: Builder, rng: Rng, p: Plan) -> None:
@@ -76,8 +65,8 @@ def panel(b: Builder, rng: Rng, p: Plan) -> None:
     _crest(b, rng, p, half)
     wide = 2 * half * (1 if rng.random() < 0.5 else rng.uniform(0.25, 0.45))
     low = 0.0 if wide < half else low
-    size, middle = (wide, p.rise - low, 0.018), p.back(0, (p.rise + low) / 2)
-    boards.pad(b, "back", p.frame, middle, size, 0.02, p.rake)
+    size = (wide, p.rise - low, 0.018)
+    pad(b, "back", p.frame, p.back(0, (p.rise + low) / 2), size, 0.02, p.rake)
 
 
 def hoop(b: Builder, rng: Rng, p: Plan) -> None:
@@ -89,8 +78,8 @@ def hoop(b: Builder, rng: Rng, p: Plan) -> None:
     b.tube("back", p.frame, bow, r, segments=8)
     if rng.random() < 0.65:
         for x in np.linspace(-0.75, 0.75, int(rng.integers(4, 9))) * half:
-            top = float(np.interp(x, xs, ups))
-            b.cylinder("back", p.frame, p.back(x, -0.01), p.back(x, top), 0.007, segments=8)
+            rod = p.back(x, -0.01), p.back(x, float(np.interp(x, xs, ups)))
+            b.cylinder("back", p.frame, *rod, 0.007, segments=8)
     else:
         inner = [p.back(0.6 * x, 0.68 * up) for x, up in zip(xs, ups, strict=True)]
         b.tube("back", p.frame, inner, 0.9 * r, segments=8)
@@ -103,7 +92,7 @@ def planks(b: Builder, rng: Rng, p: Plan) -> None:
     for i in range(count):
         u = (i + 0.5) / count * 2 - 1
         ends = p.back(u * half, -0.03), p.back(u * half * (1 + fan), p.rise * (1 - arch * u * u))
-        beam(b, "back", p.frame, *ends, width=0.02, height=1.6 * half / count)
+        beam(b, "back", p.frame, *ends, 0.02, 1.6 * half / count)
     for up in (0.22 * p.rise, 0.75 * p.rise):
         size = (2 * half * (1 + fan * up / p.rise), 0.05, 0.02)
         b.rounded_box("back", p.frame, p.back(0, up, 0.018), size, 0.005, turn=lean(p.rake))
@@ -117,12 +106,11 @@ def cushion(b: Builder, rng: Rng, p: Plan) -> None:
     for i in range(count):
         size = (p.width * rng.uniform(0.86, 1.0), tall + 0.005, soft)
         radius = min(0.4 * tall, rng.uniform(0.02, 0.15))
-        middle = p.back(0, low + (i + 0.5) * tall)
-        boards.pad(b, "back", p.cover, middle, size, radius, p.rake)
+        pad(b, "back", p.cover, p.back(0, low + (i + 0.5) * tall), size, radius, p.rake)
     if rng.random() < 0.5:
-        for side in (-0.42, 0.42):
-            ends = p.back(side * p.width, -0.03, 0.01), p.back(side * p.width, p.rise - 0.05, 0.01)
-            beam(b, "back", p.frame, *ends, width=0.025, height=0.02)
+        for x in (-0.42 * p.width, 0.42 * p.width):
+            post = p.back(x, -0.03, 0.01), p.back(x, p.rise - 0.05, 0.01)
+            beam(b, "back", p.frame, *post, 0.025, 0.02)
     else:
         path = [vec(0, p.under, 0.1 * p.depth), vec(0, p.under, p.depth / 2 + 0.06)]
         path += [p.back(0, low + 0.3 * tall, 0.6 * soft)]
@@ -150,21 +138,21 @@ def curved(b: Builder, rng: Rng, p: Plan) -> None:
 
 def tight(b: Builder, rng: Rng, s: Seating) -> None:
     """Add one padded panel, sometimes buttoned, sometimes with wings."""
-    add_tight_back(b, s, s.width + 0.6 * s.arm)
+    upholstery.add_tight_back(b, s, s.width + 0.6 * s.arm)
     if rng.random() < 0.35:
-        add_tufts(b, s, width=s.width, rows=int(rng.integers(3, 5)), columns=4)
+        upholstery.add_tufts(b, s, int(rng.integers(3, 5)), 4)
     if s.arms == "open" or s.back < 0.5 or rng.random() < 0.4:
         return
     low, high, out = s.arm_rise - 0.05, 0.95 * s.back, -rng.uniform(0.1, 0.14)
     for side in (-1, 1):
-        middle = back_point(s, side * (s.width / 2 + 0.3 * s.arm), (low + high) / 2, out)
+        middle = s.point(side * (s.width / 2 + 0.3 * s.arm), (low + high) / 2, out)
         size = (0.06, high - low, s.thick - 2 * out)
         b.rounded_box("back", s.cover, middle, size, 0.03, turn=lean(s.rake))
 
 
 def loose(b: Builder, rng: Rng, s: Seating) -> None:
     """Add a thin panel and a cushion before it."""
-    add_loose_back(b, s, rng.uniform(0.0, 0.12))
+    upholstery.add_loose_back(b, s, rng.uniform(0.0, 0.12))
 
 
 _FRAMED = ("legs", "tripod", "sled", "column", "rockers", "scissors", "sides", "cantilever")
@@ -197,11 +185,10 @@ def rests(b: Builder, rng: Rng, p: Plan) -> None:
     front, rear = -rng.uniform(0.2, 0.5) * p.depth, _reach(p, level) + 0.02
     for side in (-1, 1):
         x = side * (p.width / 2 - 0.01)
-        size = (width, 0.026, rear - front)
-        middle = (x, p.seat + level, (front + rear) / 2)
+        middle, size = (x, p.seat + level, (front + rear) / 2), (width, 0.026, rear - front)
         b.rounded_box("arm", p.frame, middle, size, 0.4 * width)
         foot, head = (0.97 * x, p.under, front + 0.06), (x, p.seat + level, front + 0.04)
-        beam(b, "arm", p.frame, foot, head, width=0.03, height=0.03)
+        beam(b, "arm", p.frame, foot, head, 0.03, 0.03)
 
 
 def loops(b: Builder, rng: Rng, p: Plan) -> None:
@@ -214,9 +201,8 @@ def loops(b: Builder, rng: Rng, p: Plan) -> None:
         path += [(x, p.seat - 0.01, front + 0.03), (0.8 * x, p.seat - 0.01, front + 0.05)]
         b.tube("arm", p.frame, bend(path, 0.06), r, segments=8)
         if rng.random() < 0.6:
-            size = (0.04, 0.022, 0.6 * (rear - front))
             middle = (x, p.seat + level + r, (rear + front) / 2)
-            b.rounded_box("arm", p.cover, middle, size, 0.015)
+            b.rounded_box("arm", p.cover, middle, (0.04, 0.022, 0.6 * (rear - front)), 0.015)
 
 
 def pads(b: Builder, rng: Rng, p: Plan) -> None:
@@ -224,8 +210,7 @@ def pads(b: Builder, rng: Rng, p: Plan) -> None:
     level, length = rng.uniform(0.18, 0.25), rng.uniform(0.22, 0.3)
     for side in (-1, 1):
         x = side * (p.width / 2 + 0.03)
-        size = (0.07, 0.028, length)
-        b.rounded_box("arm", p.cover, (x, p.seat + level, 0.02), size, 0.03)
+        b.rounded_box("arm", p.cover, (x, p.seat + level, 0.02), (0.07, 0.028, length), 0.03)
         path = [(0, p.under, 0.05), (x, p.under, 0.05), (x, p.seat + level, 0.05)]
         b.tube("arm", p.frame, bend(path, 0.05), 0.014, segments=8)
 
@@ -233,7 +218,7 @@ def pads(b: Builder, rng: Rng, p: Plan) -> None:
 def upholstered(b: Builder, rng: Rng, s: Seating) -> None:
     """Add two arms of a padded seat."""
     for side in (-1, 1):
-        add_arm(b, s, side)
+        upholstery.add_arm(b, s, side)
 
 
 _STANDING = {"use": ("dining", "lounge"), "seat": _FLAT}

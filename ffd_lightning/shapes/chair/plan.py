@@ -12,27 +12,16 @@ from ffd_lightning.shapes.kit.vectors import Array, lean, vec
 
 @dataclass(frozen=True)
 class Plan:
-    """A chair's sizes and materials; the middle of its seat is above the origin.
+    """A chair's sizes and materials; the middle of its seat is above the origin."""
 
-    Attributes:
-        width: of the seat.
-        depth: of the seat.
-        seat: height of the seat's upper side.
-        thick: of the seat's board.
-        rise: of the back above the seat.
-        rake: degrees by which the back is tipped.
-        frame: what legs and posts are of.
-        cover: what pads and shells are of.
-    """
-
-    width: float
-    depth: float
-    seat: float
-    thick: float
-    rise: float
-    rake: float
-    frame: Material
-    cover: Material
+    width: float  # of the seat
+    depth: float  # of the seat
+    seat: float  # height of the seat's upper side
+    thick: float  # of the seat's board
+    rise: float  # of the back above the seat
+    rake: float  # degrees by which the back is tipped
+    frame: Material  # what legs and posts are of
+    cover: Material  # what pads and shells are of
 
     @property
     def under(self) -> float:
@@ -65,24 +54,21 @@ class Plan:
         )
 
 
-_WEIGHTS = {"dining": 4, "lounge": 3, "office": 1.5, "bar": 1.5}
-_RANGES = {  # of width, depth, seat, rise, rake
-    "dining": ((0.36, 0.6), (0.36, 0.54), (0.38, 0.52), (0.25, 0.75), (1, 16)),
-    "lounge": ((0.46, 0.8), (0.46, 0.72), (0.28, 0.44), (0.3, 0.8), (8, 32)),
-    "office": ((0.42, 0.6), (0.4, 0.56), (0.4, 0.58), (0.25, 0.85), (3, 16)),
-    "bar": ((0.28, 0.46), (0.28, 0.42), (0.5, 0.85), (0.12, 0.5), (0, 14)),
+_SIZES = {  # how frequent, then ranges of width, depth, seat, rise, rake
+    "dining": (4, (0.36, 0.6), (0.36, 0.54), (0.38, 0.52), (0.25, 0.75), (1, 16)),
+    "lounge": (3, (0.46, 0.8), (0.46, 0.72), (0.28, 0.44), (0.3, 0.8), (8, 32)),
+    "office": (1.5, (0.42, 0.6), (0.4, 0.56), (0.4, 0.58), (0.25, 0.85), (3, 16)),
+    "bar": (1.5, (0.28, 0.46), (0.28, 0.42), (0.5, 0.85), (0.12, 0.5), (0, 14)),
 }
 
 
 def draw_plan(rng: Rng, use: str) -> Plan:
     """Draw the sizes and materials of a chair for a use."""
-    width, depth, seat, rise, rake = (rng.uniform(*span) for span in _RANGES[use])
+    width, depth, seat, rise, rake = (rng.uniform(*span) for span in _SIZES[use][1:])
     wooden = (0.1, 0.1, 0.8) if use == "office" else (0.6, 0.15, 0.25)
     frame = pick_material(rng, draw(rng, ["wood", "paint", "metal"], wooden))
     thick = rng.uniform(0.018, 0.04)
     return Plan(width, depth, seat, thick, rise, rake, frame, draw_cover(rng))
 
 
-USES = tuple(
-    Component(name, weight, partial(draw_plan, use=name)) for name, weight in _WEIGHTS.items()
-)
+USES = tuple(Component(use, of[0], partial(draw_plan, use=use)) for use, of in _SIZES.items())

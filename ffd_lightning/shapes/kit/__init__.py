@@ -7,8 +7,7 @@ boards, sheets, upholstery, cross-sections, paths.
 from __future__ import annotations
 
 from ffd_lightning.shapes.kit.builder import Builder
-from ffd_lightning.shapes.kit.choices import Rng, draw
-from ffd_lightning.shapes.kit.materials import Material, pick_material
+from ffd_lightning.shapes.kit.materials import Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.product import Chosen, Component, Product, nothing
 
 __all__ = [

@@ -11,16 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.shapes.kit.materials import Material
 from ffd_lightning.shapes.kit.sections import corner_arcs
-from ffd_lightning.shapes.kit.vectors import Array
+from ffd_lightning.shapes.kit.vectors import UNTURNED, Array
 
-
-def _frame(direction: Array) -> tuple[Array, Array]:
-    """Return two unit vectors that complete `direction` to an orthogonal frame."""
-    d = direction / max(float(np.linalg.norm(direction)), 1e-12)
-    helper = np.array([0.0, 0, 1]) if abs(d[2]) < 0.9 else np.array([1.0, 0, 0])
-    a = np.cross(helper, d)
-    a /= np.linalg.norm(a)
-    return a, np.cross(d, a)
+_SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+_QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 
 
 @dataclass
@@ -28,13 +22,12 @@ class Builder:
     """Collects primitives into one Mesh.
 
     Units are free (the mesh is normalised later); y is up, the front is -z. Every primitive
-    takes the name of its part and its material first.
+    takes the name of its part and its material first; `turn` (3, 3) rotates it about its centre.
     """
 
     _vertices: list[Array] = field(default_factory=list)
     _faces: list[NDArray[np.int64]] = field(default_factory=list)
-    _parts: list[tuple[str, int]] = field(default_factory=list)
-    _materials: list[tuple[Material, int]] = field(default_factory=list)
+    _looks: list[tuple[str, Material]] = field(default_factory=list)
     _count: int = 0
 
     def add(self, part: str, material: Material, vertices: ArrayLike, faces: ArrayLike) -> None:
@@ -46,9 +39,8 @@ class Builder:
         f = f[doubled > 1e-12 * max(float(np.ptp(v, axis=0).max()), 1e-12) ** 2]
         self._vertices.append(v)
         self._faces.append(f + self._count)
+        self._looks.append((part, material))
         self._count += len(v)
-        self._parts.append((part, len(self._faces[-1])))
-        self._materials.append((material, len(self._faces[-1])))
 
     def box(
         self,
@@ -57,18 +49,14 @@ class Builder:
         center: ArrayLike,
         size: ArrayLike,
         *,
-        turn: Array | None = None,
+        turn: Array = UNTURNED,
         taper: float = 1.0,
     ) -> None:
-        """Add a box; `turn` (3, 3) rotates it about its centre, `taper` scales its top."""
-        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-        corners = signs * np.asarray(size, float) / 2
-        corners[signs[:, 1] > 0] *= np.array([taper, 1, taper])
-        if turn is not None:
-            corners = corners @ turn.T
-        quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-        faces = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
-        self.add(part, material, corners + np.asarray(center, float), faces)
+        """Add a box; `taper` scales its top."""
+        corners = _SIGNS * np.asarray(size, float) / 2
+        corners[_SIGNS[:, 1] > 0] *= np.array([taper, 1, taper])
+        faces = [t for a, b, c, d in _QUADS for t in ((a, b, c), (a, c, d))]
+        self.add(part, material, corners @ turn.T + np.asarray(center, float), faces)
 
     def rounded_box(
         self,
@@ -79,7 +67,7 @@ class Builder:
         radius: float,
         *,
         edge: float | None = None,
-        turn: Array | None = None,
+        turn: Array = UNTURNED,
         segments: int = 3,
     ) -> None:
         """Add a box whose upright edges have `radius` and whose top and bottom edges have `edge`.
@@ -91,15 +79,12 @@ class Builder:
         rim = min(0.8 * corner if edge is None else edge, 0.9 * corner, 0.98 * half[1])
         quarter = np.linspace(0, np.pi / 2, segments + 1)
         corners, arcs = corner_arcs(segments)
-        core = corners * (half[[0, 2]] - corner)
         inset, rise = rim * (1 - np.cos(quarter)), half[1] - rim + rim * np.sin(quarter)
         rows = [*zip(inset[::-1], -rise[::-1], strict=True), *zip(inset, rise, strict=True)]
-        matrix = np.eye(3) if turn is None else turn
         rings = []
         for shrink, y in rows:
-            flat = core + (corner - shrink) * arcs
-            ring = np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]])
-            rings.append(ring @ matrix.T + np.asarray(center, float))
+            flat = corners * (half[[0, 2]] - corner) + (corner - shrink) * arcs
+            rings.append(np.insert(flat, 1, y, axis=1) @ turn.T + np.asarray(center, float))
         self.loft(part, material, rings)
 
     def loft(
@@ -111,38 +96,29 @@ class Builder:
         """
         rings = np.stack([np.asarray(s, float) for s in sections])
         n, k = rings.shape[:2]
-        vertices = rings.reshape(-1, 3)
-        faces = []
+        vertices, faces = rings.reshape(-1, 3), []
         for i in range(n - 1):
             for j in range(k):
                 a, b = i * k + j, i * k + (j + 1) % k
                 faces += [(a, b, b + k), (a, b + k, a + k)]
-        if caps:
-            for row in (0, n - 1):
-                vertices = np.concatenate([vertices, rings[row].mean(0)[None]])
-                c = len(vertices) - 1
-                rim = [(row * k + j, row * k + (j + 1) % k) for j in range(k)]
-                faces += [(c, after, one) if row == 0 else (c, one, after) for one, after in rim]
+        for row in (0, n - 1) if caps else ():
+            c, vertices = len(vertices), np.concatenate([vertices, rings[row].mean(0)[None]])
+            rim = [(row * k + j, row * k + (j + 1) % k) for j in range(k)]
+            faces += [(c, after, one) if row == 0 else (c, one, after) for one, after in rim]
         self.add(part, material, vertices, faces)
 
     def tube(
-        self,
-        part: str,
-        material: Material,
-        path: ArrayLike,
-        radius: float | Sequence[float],
-        *,
-        segments: int = 12,
+        self, part: str, material: Material, path: ArrayLike, radius: ArrayLike, segments: int = 12
     ) -> None:
         """Sweep a circle along a polyline (p, 3); `radius` may vary along it."""
         points = np.asarray(path, float)
         radii = np.broadcast_to(np.asarray(radius, float), len(points))
-        tangents = np.gradient(points, axis=0)
+        tangents = [t / max(float(np.linalg.norm(t)), 1e-12) for t in np.gradient(points, axis=0)]
         angles = 2 * np.pi * np.arange(segments) / segments
-        a, _ = _frame(tangents[0])
+        a = np.cross((0.0, 0, 1) if abs(tangents[0][2]) < 0.9 else (1.0, 0, 0), tangents[0])
+        a /= np.linalg.norm(a)
         rings = []
-        for point, tangent, r in zip(points, tangents, radii, strict=True):
-            d = tangent / max(np.linalg.norm(tangent), 1e-12)
+        for point, d, r in zip(points, tangents, radii, strict=True):
             a = a - d * (a @ d)
             a /= max(np.linalg.norm(a), 1e-12)
             b = np.cross(d, a)
@@ -173,15 +149,14 @@ class Builder:
         center: ArrayLike = (0, 0, 0),
         *,
         segments: int = 28,
-        turn: Array | None = None,
+        turn: Array = UNTURNED,
         squash: float = 1.0,
     ) -> None:
         """Turn a profile of (radius, height) rows, (p, 2), about y; `squash` scales z."""
         angles = 2 * np.pi * np.arange(segments) / segments
         circle = np.stack([np.cos(angles), np.zeros(segments), -squash * np.sin(angles)], 1)
-        matrix = np.eye(3) if turn is None else turn
         rings = [
-            (r * circle + np.array([0, h, 0])) @ matrix.T + np.asarray(center, float)
+            (r * circle + np.array([0, h, 0])) @ turn.T + np.asarray(center, float)
             for r, h in np.asarray(profile, float)
         ]
         self.loft(part, material, rings)
@@ -194,7 +169,7 @@ class Builder:
         radii: ArrayLike,
         *,
         segments: int = 20,
-        turn: Array | None = None,
+        turn: Array = UNTURNED,
     ) -> None:
         """Add an axis-aligned (or turned) ellipsoid."""
         rx, ry, rz = np.asarray(radii, float)
@@ -204,27 +179,21 @@ class Builder:
 
     def mesh(self) -> Mesh:
         """Return everything added so far as one mesh, textures mapped by the box projection."""
-        vertices = np.concatenate(self._vertices)
-        faces = np.concatenate(self._faces)
-        names = tuple(dict.fromkeys(name for name, _ in self._parts))
-        parts = np.concatenate([np.full(n, names.index(name), np.uint8) for name, n in self._parts])
-        colors = np.concatenate([np.tile(m.rgba(), (n, 1)) for m, n in self._materials])
-        patterned = list(dict.fromkeys(m for m, _ in self._materials if m.pattern))
-        index = np.concatenate(
-            [
-                np.full(n, patterned.index(m) if m.pattern else -1, np.int16)
-                for m, n in self._materials
-            ]
-        )
-        scale = np.concatenate([np.full(n, m.scale) for m, n in self._materials])
+        vertices, faces = np.concatenate(self._vertices), np.concatenate(self._faces)
+        counts = [len(f) for f in self._faces]
+        parts, materials = zip(*self._looks, strict=True)
+        names = tuple(dict.fromkeys(parts))
+        patterned = list(dict.fromkeys(m for m in materials if m.pattern))
+        textures = [patterned.index(m) if m.pattern else -1 for m in materials]
+        scale = np.repeat([m.scale for m in materials], counts)
         return Mesh(
             vertices=vertices,
             faces=faces,
-            face_colors=colors,
-            face_parts=parts,
+            face_colors=np.repeat([m.rgba() for m in materials], counts, axis=0),
+            face_parts=np.repeat(np.array([names.index(p) for p in parts], np.uint8), counts),
             part_names=names,
             textures=tuple(m.texture() for m in patterned),
-            face_textures=index if patterned else None,
+            face_textures=np.repeat(np.array(textures, np.int16), counts) if patterned else None,
             face_uvs=_box_projection(vertices[faces], scale) if patterned else None,
         )
 
@@ -232,10 +201,6 @@ class Builder:
 def _box_projection(corners: Array, scale: Array) -> NDArray[np.float32]:
     """Project each face (f, 3, 3) along its dominant axis; u runs along the longer world axis."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    axis = np.abs(normals).argmax(1)
-    u_axis = np.array([2, 0, 0])[axis]
-    v_axis = np.array([1, 2, 1])[axis]
-    rows = np.arange(len(corners))[:, None]
-    cols = np.arange(3)[None]
-    uv = np.stack([corners[rows, cols, u_axis[:, None]], corners[rows, cols, v_axis[:, None]]], -1)
+    kept = np.array([(2, 1), (0, 2), (0, 1)])[np.abs(normals).argmax(1)]
+    uv = np.take_along_axis(corners, kept[:, None], 2)
     return (uv * scale[:, None, None]).astype(np.float32)

@@ -1,48 +1,44 @@
-"""Colours and patterns, and what common surfaces are of."""
+"""Colours and patterns, what common surfaces are of, and choices by name."""
 
 from __future__ import annotations
 
 import colorsys
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ffd_lightning.shapes.kit.choices import Rng, draw
-from ffd_lightning.shapes.kit.vectors import Pair, Triple
+from ffd_lightning.shapes.kit.vectors import Triple
 
-_TEXTURE_SIZE = 64
+Rng = np.random.Generator
+
+
+def draw(rng: Rng, choices: Sequence[str], p: Sequence[float] | None = None) -> str:
+    """Draw one of `choices`, evenly or with probabilities `p`."""
+    return str(rng.choice(choices, p=p))
 
 
 @dataclass(frozen=True)
 class Material:
-    """A colour, optionally patterned.
+    """A colour, optionally patterned."""
 
-    Attributes:
-        color: RGB in [0, 1].
-        pattern: "", "wood", "stripes", "checker", "speckle" or "fabric".
-        scale: how often the pattern repeats per unit length.
-        alpha: below 1 is see-through.
-        seed: of the pattern's noise.
-    """
-
-    color: Triple
-    pattern: str = ""
-    scale: float = 2.0
-    alpha: float = 1.0
-    seed: int = 0
+    color: Triple  # RGB in [0, 1]
+    pattern: str = ""  # or "wood", "stripes", "checker", "speckle", "fabric"
+    scale: float = 2.0  # how often the pattern repeats per unit length
+    alpha: float = 1.0  # below 1 is see-through
+    seed: int = 0  # of the pattern's noise
 
     def rgba(self) -> NDArray[np.uint8]:
         """Return the plain colour as (4,) uint8."""
         return np.round(255 * np.clip([*self.color, self.alpha], 0, 1)).astype(np.uint8)
 
     def texture(self) -> NDArray[np.uint8]:
-        """Return the tileable pattern as an (h, w, 4) uint8 image."""
+        """Return the tileable pattern as a (64, 64, 4) uint8 image."""
         rng = np.random.default_rng(self.seed)
-        t = np.arange(_TEXTURE_SIZE) / _TEXTURE_SIZE
-        u, v = np.meshgrid(t, t)
+        u, v = np.meshgrid(*2 * [np.arange(64) / 64])
         tau = 2 * np.pi
-        noise = rng.random((_TEXTURE_SIZE, _TEXTURE_SIZE))
+        noise = rng.random((64, 64))
         if self.pattern == "wood":
             phase = rng.random(2) * tau
             bend = 0.02 * np.sin(tau * u + phase[0]) + 0.01 * np.sin(2 * tau * u + phase[1])
@@ -59,39 +55,35 @@ class Material:
             shade = 0.9 + 0.1 * weave + 0.06 * (noise - 0.5)
         else:
             raise ValueError(f"unknown pattern {self.pattern!r}")
-        rgb = np.clip(shade[..., None] * np.asarray(self.color), 0, 1)
-        image = np.full((_TEXTURE_SIZE, _TEXTURE_SIZE, 4), self.rgba(), dtype=np.uint8)
-        image[..., :3] = np.round(255 * rgb)
+        image = np.full((64, 64, 4), self.rgba())
+        image[..., :3] = np.round(255 * np.clip(shade[..., None] * np.asarray(self.color), 0, 1))
         return image
+
+
+_SURFACES = {  # scale of the pattern, then ranges of hue, saturation, value
+    "wood": (1.5, (0.05, 0.11), (0.35, 0.7), (0.35, 0.85)),
+    "metal": (2.0, (0.55, 0.65), (0.0, 0.08), (0.25, 0.8)),
+    "paint": (2.0, (0, 1), (0.3, 0.9), (0.4, 0.95)),
+    "fabric": (3.0, (0, 1), (0.1, 0.7), (0.35, 0.9)),
+    "leather": (2.0, (0.02, 0.1), (0.2, 0.7), (0.15, 0.6)),
+    "plastic": (3.0, (0, 1), (0.0, 0.8), (0.15, 0.95)),
+    "glass": (2.0, (0.5, 0.6), (0.1, 0.3), (0.7, 0.9)),
+    "rubber": (2.0, (0, 1), (0, 0.05), (0.08, 0.2)),
+}
+_PATTERNS = {
+    "wood": (["wood", ""], [0.7, 0.3]),
+    "fabric": (["", "fabric", "stripes", "checker"], [0.4, 0.35, 0.15, 0.1]),
+    "plastic": (["speckle", ""], [0.2, 0.8]),
+}
 
 
 def pick_material(rng: Rng, kind: str) -> Material:
     """Draw a material of a kind: wood, metal, paint, fabric, leather, plastic, glass, rubber."""
-    seed = int(rng.integers(1 << 30))
-
-    def hsv(hue: Pair, sat: Pair, val: Pair) -> tuple:
-        return colorsys.hsv_to_rgb(rng.uniform(*hue) % 1, rng.uniform(*sat), rng.uniform(*val))
-
-    if kind == "wood":
-        pattern = "wood" if rng.random() < 0.7 else ""
-        return Material(hsv((0.05, 0.11), (0.35, 0.7), (0.35, 0.85)), pattern, 1.5, seed=seed)
-    if kind == "metal":
-        return Material(hsv((0.55, 0.65), (0.0, 0.08), (0.25, 0.8)))
-    if kind == "paint":
-        return Material(hsv((0, 1), (0.3, 0.9), (0.4, 0.95)))
-    if kind == "fabric":
-        pattern = str(rng.choice(["", "fabric", "stripes", "checker"], p=[0.4, 0.35, 0.15, 0.1]))
-        return Material(hsv((0, 1), (0.1, 0.7), (0.35, 0.9)), pattern, 3.0, seed=seed)
-    if kind == "leather":
-        return Material(hsv((0.02, 0.1), (0.2, 0.7), (0.15, 0.6)))
-    if kind == "plastic":
-        pattern = "speckle" if rng.random() < 0.2 else ""
-        return Material(hsv((0, 1), (0.0, 0.8), (0.15, 0.95)), pattern, 3.0, seed=seed)
-    if kind == "glass":
-        return Material(hsv((0.5, 0.6), (0.1, 0.3), (0.7, 0.9)), alpha=0.45)
-    if kind == "rubber":
-        return Material(hsv((0, 1), (0, 0.05), (0.08, 0.2)))
-    raise ValueError(f"unknown material kind {kind!r}")
+    seed, (scale, *ranges) = int(rng.integers(1 << 30)), _SURFACES[kind]
+    pattern = draw(rng, *_PATTERNS[kind]) if kind in _PATTERNS else ""
+    hue, saturation, value = (rng.uniform(*ends) for ends in ranges)
+    color = colorsys.hsv_to_rgb(hue % 1, saturation, value)
+    return Material(color, pattern, scale, 0.45 if kind == "glass" else 1.0, seed)
 
 
 def draw_housing(rng: Rng) -> Material:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.shapes.kit.builder import Builder
-from ffd_lightning.shapes.kit.choices import Rng
+from ffd_lightning.shapes.kit.materials import Rng
 
 
 def nothing(*_: object) -> None:
@@ -25,17 +25,13 @@ Chosen = Mapping[str, "Component"]
 class Component:
     """One way to fill a slot.
 
-    Attributes:
-        name: within its slot.
-        weight: how frequent it is in the world, relative to the slot's others.
-        build: draws it; which arguments it gets is its category's affair.
-        needs: by the name of an earlier slot, the components there that this one goes with; of
-            slots that are not named it goes with all.
+    It goes with those components of earlier slots that `needs` names, and with all of the slots
+    that are not named there.
     """
 
     name: str
-    weight: float
-    build: Callable[..., Any]
+    weight: float  # how frequent it is in the world, relative to the slot's others
+    build: Callable[..., Any]  # draws it; which arguments it gets is its category's affair
     needs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def fits(self, chosen: Chosen) -> bool:
@@ -45,19 +41,12 @@ class Component:
 
 @dataclass(frozen=True)
 class Product:
-    """A category.
+    """A category."""
 
-    Attributes:
-        parts: names of the parts, in the order of their labels.
-        slots: the components of each slot, in the order in which they are drawn.
-        family: the slots whose components name a shape's structural family.
-        assemble: draws the dimensions that the components share and calls them.
-    """
-
-    parts: tuple[str, ...]
-    slots: Mapping[str, tuple[Component, ...]]
-    family: tuple[str, ...]
-    assemble: Callable[[Rng, Chosen], Builder]
+    parts: tuple[str, ...]  # in the order of their labels
+    slots: Mapping[str, tuple[Component, ...]]  # in the order in which they are drawn
+    family: tuple[str, ...]  # the slots whose components name a shape's structural family
+    assemble: Callable[[Rng, Chosen], Builder]  # draws shared dimensions, calls the components
 
     def choose(self, rng: Rng) -> Chosen:
         """Draw a component for each slot among those that go with the ones before it."""
@@ -65,8 +54,7 @@ class Product:
         for slot, components in self.slots.items():
             fitting = [c for c in components if c.fits(chosen)]
             weights = np.array([c.weight for c in fitting])
-            row = int(rng.choice(len(fitting), p=weights / weights.sum()))
-            chosen[slot] = fitting[row]
+            chosen[slot] = fitting[int(rng.choice(len(fitting), p=weights / weights.sum()))]
         return chosen
 
     def draw(self, rng: Rng) -> tuple[Mesh, str]:

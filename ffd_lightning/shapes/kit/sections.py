@@ -10,19 +10,12 @@ from ffd_lightning.shapes.kit.vectors import Array, Pair
 
 
 class Section(NamedTuple):
-    """Where a body that runs along z is cut across, in the body's own unit of length.
+    """Where a body that runs along z is cut across, in the body's own unit of length."""
 
-    Attributes:
-        z: the cut's place; the front is -z.
-        lift: height of the section's middle.
-        width: overall, along x.
-        height: overall, along y.
-    """
-
-    z: float
-    lift: float
-    width: float
-    height: float
+    z: float  # the front is -z
+    lift: float  # height of the section's middle
+    width: float  # overall, along x
+    height: float  # overall, along y
 
     def ring(
         self, boxiness: float = 0.0, count: int = 20, grow: float = 1.0, side: float = 0.0

@@ -11,6 +11,7 @@ Pair = tuple[float, float]
 Triple = tuple[float, float, float]
 """A point as (x, y, z), or a size as (width, height, depth) where nothing else is said."""
 UP = np.array([0.0, 1.0, 0.0])
+UNTURNED = np.eye(3)
 
 
 def vec(x: float, y: float, z: float) -> Array:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
-from ffd_lightning.shapes.sofa.backs import ARM_KINDS, BACKS
-from ffd_lightning.shapes.sofa.bases import BASES, SEATS
+from ffd_lightning.shapes.sofa.parts import ARM_KINDS, BACKS, BASES, SEATS
 from ffd_lightning.shapes.sofa.plan import LAYOUTS, Placed, draw_plan
 
 

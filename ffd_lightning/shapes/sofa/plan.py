@@ -9,9 +9,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.kit import Builder, Chosen, Component, Material, Rng
+from ffd_lightning.shapes.kit import Builder, Chosen, Component, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.sheets import cut_across
-from ffd_lightning.shapes.kit.upholstery import Seating, draw_seating
+from ffd_lightning.shapes.kit.upholstery import Seating
 from ffd_lightning.shapes.kit.vectors import Triple, about_y
 
 
@@ -29,21 +29,13 @@ class Plan(Seating):
 
 @dataclass(frozen=True)
 class Row:
-    """Where a row is.
-
-    Attributes:
-        plan: its own.
-        slots: the components that it has.
-        degrees: by which it is turned about y.
-        shift: of its middle, after that.
-        radius: of the curve that its middle follows.
-    """
+    """Where a row is."""
 
     plan: Plan
-    slots: Sequence[str] = ("base", "seat", "back", "arms")
-    degrees: float = 0.0
-    shift: Triple = (0.0, 0.0, 0.0)
-    radius: float = np.inf
+    slots: Sequence[str] = ("base", "seat", "back", "arms")  # the components that it has
+    degrees: float = 0.0  # by which it is turned about y
+    shift: Triple = (0.0, 0.0, 0.0)  # of its middle, after that
+    radius: float = np.inf  # of the curve that its middle follows
 
 
 class Placed(Builder):
@@ -69,16 +61,21 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
     long, seats = layout == "longue", int(rng.choice([1, 2, 3, 4], p=(0.08, 0.37, 0.37, 0.18)))
     if long or layout not in ("straight", "stool"):
         seats = 1 if long else int(np.clip(seats, 2, 3 if layout in ("curved", "u") else 4))
-    p = Plan(**vars(draw_seating(rng, seats, (arms,))))
+    cover = pick_material(rng, draw(rng, ["fabric", "leather"], [0.65, 0.35]))
+    # The other nine numbers are not used; without them all that follow would be others.
+    cushion = rng.uniform(0.1, 0.19, 10)[3]
+    pillows = cover if rng.random() < 0.75 else pick_material(rng, "fabric")
+    wooden = pick_material(rng, draw(rng, ["wood", "metal"], [0.7, 0.3]))
     deck = rng.uniform(0.17, 0.38)
     low, high = (0.02, 0.06) if base == "plinth" else (0.06, 0.26)
     rise = rng.uniform(0.24, 0.36) if back == "rolled" else rng.uniform(0.22, 0.85)
     thin = {"open": (0.05, 0.07), "none": (0.02, 0.03), "bolsters": (0.02, 0.03)}
-    return replace(
-        p,
+    return Plan(
+        seats=seats,
         width=rng.uniform(1.1, 1.9) if long else seats * rng.uniform(0.48, 0.85),
         depth=rng.uniform(0.55, 0.9) if long else rng.uniform(0.62, 1.2),
-        seat=deck + 0.8 * p.cushion,
+        seat=deck + 0.8 * cushion,
+        cushion=cushion,
         back=rise,
         thick=0.13 if long else rng.uniform(0.12, 0.26),
         rake=4.0 if back == "rolled" or long else rng.uniform(3, 16),
@@ -86,6 +83,10 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
         arm_rise=rise if back == "rolled" else rng.uniform(0.1, max(0.2, 0.9 * rise)),
         # What hangs on the rails of a frame must not reach lower than they do.
         foot=deck - 0.09 if base == "frame" else min(rng.uniform(low, high), deck - 0.08),
+        arms=arms,
+        cover=cover,
+        pillows=pillows,
+        frame=wooden,
     )
 
 

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
-from ffd_lightning.shapes.table.bases import BASES
+from ffd_lightning.shapes.table.bases import BASES, BRACES, EXTRAS
 from ffd_lightning.shapes.table.plan import USES, draw_plan
-from ffd_lightning.shapes.table.storage import BRACES, EXTRAS
 from ffd_lightning.shapes.table.tops import SHAPES, TOPS
 
 
@@ -36,16 +35,10 @@ def assemble(rng: Rng, chosen: Chosen) -> Builder:
     return b
 
 
+_CARRIED = {"base": BASES, "brace": BRACES, "extra": EXTRAS}
 CATEGORY = Product(
     parts=("top", "leg", "support", "shelf", "drawer"),
-    slots={
-        "use": USES,
-        "shape": SHAPES,
-        "top": TOPS,
-        "base": BASES,
-        "brace": BRACES,
-        "extra": EXTRAS,
-    },
+    slots={"use": USES, "shape": SHAPES, "top": TOPS, **_CARRIED},
     family=("base", "shape"),
     assemble=assemble,
 )

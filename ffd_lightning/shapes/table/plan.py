@@ -9,36 +9,23 @@ from functools import partial
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.vectors import Array, Pair, Triple
+from ffd_lightning.shapes.kit.vectors import Array, Pair
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A table's sizes and materials; the middle of its top is above the origin.
+    """A table's sizes and materials; the middle of its top is above the origin."""
 
-    Attributes:
-        outline: of the top as (x, z) from above, (k, 2).
-        corners: points of the outline near which legs stand, (n, 2).
-        height: of the top's upper side.
-        thick: of the top.
-        side: thickness of a leg or a panel.
-        inset: how far inside the outline the middles of the legs' tops are.
-        splay: how much further out their feet are.
-        top: what the top is of.
-        base: what carries it is of.
-        z: where the middle is, other than 0 for a table that is pulled out from another.
-    """
-
-    outline: Array
-    corners: Array
-    height: float
-    thick: float
-    side: float
-    inset: float
-    splay: float
-    top: Material
-    base: Material
-    z: float = 0.0
+    outline: Array  # of the top as (x, z) from above, (k, 2)
+    corners: Array  # points of the outline near which legs stand, (n, 2)
+    height: float  # of the top's upper side
+    thick: float  # of the top
+    side: float  # thickness of a leg or a panel
+    inset: float  # how far inside the outline the middles of the legs' tops are
+    splay: float  # how much further out their feet are
+    top: Material  # what the top is of
+    base: Material  # what carries it is of
+    z: float = 0.0  # where the middle is, other than 0 if pulled out from another table
 
     @property
     def half(self) -> Array:
@@ -62,8 +49,7 @@ class Plan:
         self, b: Builder, part: str, material: Material, rows: Sequence[Pair], caps: bool = True
     ) -> None:
         """Add a body with the table's outline, less an inset at each height: (inset, height)."""
-        rings = [self.at(self.outline, level, inset) for inset, level in rows]
-        b.loft(part, material, rings, caps)
+        b.loft(part, material, [self.at(self.outline, y, inset) for inset, y in rows], caps)
 
     def slab(self, b: Builder, part: str, material: Material, levels: Pair, inset: float) -> None:
         """Add a board between two levels with the table's outline, less `inset`."""
@@ -95,11 +81,6 @@ def draw_plan(rng: Rng, outline: Array, corners: Array, height: float, *, flush:
     return Plan(outline, corners, height, thick, side, inset, splay, top, base)
 
 
-def _draw_size(rng: Rng, low: Triple, high: Triple) -> Array:
-    """Draw a width, a depth and a height."""
-    return rng.uniform(low, high)
-
-
 _SIZES = {  # how frequent, the lowest and the highest width, depth, height
     "dining": (2, (1.1, 0.7, 0.66), (2.6, 1.15, 0.8)),
     "coffee": (3, (0.6, 0.4, 0.24), (1.6, 0.9, 0.54)),
@@ -109,6 +90,6 @@ _SIZES = {  # how frequent, the lowest and the highest width, depth, height
     "desk": (2.8, (0.9, 0.45, 0.68), (1.9, 0.9, 0.8)),
 }
 USES = tuple(
-    Component(name, weight, partial(_draw_size, low=low, high=high))
+    Component(name, weight, partial(Rng.uniform, low=low, high=high))
     for name, (weight, low, high) in _SIZES.items()
 )

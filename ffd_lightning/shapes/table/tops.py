@@ -13,6 +13,7 @@ from ffd_lightning.shapes.kit.vectors import Array, vec
 from ffd_lightning.shapes.table.plan import Plan
 
 Shape = tuple[Array, Array]
+"""An outline, (k, 2), and the corners near which legs stand, (n, 2)."""
 _SIGNS = np.array([(-1.0, -1), (1, -1), (1, 1), (-1, 1)])
 
 
@@ -79,9 +80,9 @@ def planks(b: Builder, rng: Rng, p: Plan) -> None:
 def framed(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a panel in a rim, often of another material."""
     rim, border = pick_material(rng, "wood"), p.half.min() * rng.uniform(0.08, 0.25)
-    low, high = p.height - p.thick, p.height
-    p.band(b, "top", rim, (low, high), (0.0, border))
-    p.slab(b, "top", p.top, (low + 0.2 * p.thick, high - 0.15 * p.thick), 0.9 * border)
+    low = p.height - p.thick
+    p.band(b, "top", rim, (low, p.height), (0.0, border))
+    p.slab(b, "top", p.top, (low + 0.2 * p.thick, p.height - 0.15 * p.thick), 0.9 * border)
 
 
 def tray(b: Builder, rng: Rng, p: Plan) -> None:
@@ -95,8 +96,8 @@ def leaves(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a board with two leaves that hang down at its ends or at its front and back."""
     solid(b, rng, p)
     drop, axis, thick = p.under * rng.uniform(0.3, 0.8), int(rng.choice([0, 2])), 0.8 * p.thick
-    size, out = vec(1.96 * p.half[0], drop, 1.96 * p.half[1]), np.eye(3)[axis]
-    out *= 0.5 * size[axis] / 0.98 + 0.004
+    size = vec(1.96 * p.half[0], drop, 1.96 * p.half[1])
+    out = np.eye(3)[axis] * (0.5 * size[axis] / 0.98 + 0.004)
     size[axis] = thick
     for side in (-1, 1):
         middle = side * out + vec(0, p.height - drop / 2 - 0.2 * p.thick, 0)
