@@ -6,11 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.cabinet.joinery import Bay, Joinery, carcass, draw_joinery
-from ffd_lightning.shapes.kit import Builder, Chosen, Component, Material, Rng, draw, nothing
-from ffd_lightning.shapes.kit.sheets import cut_across
+from ffd_lightning.shapes.kit import Builder, Chosen, Component, Rng, draw, nothing
+from ffd_lightning.shapes.kit.sheets import Bent
 from ffd_lightning.shapes.kit.vectors import Array
 
 
@@ -74,19 +73,14 @@ Outline = Callable[[Array], Array]
 """From x, -1 to 1 across the front, to the share of the depth there."""
 
 
-class Warped(Builder):
-    """Draws into another builder, the depth changed along x, away from the plane z = `fixed`."""
+def _warped(b: Builder, p: Plan, outline: Outline, fixed: float) -> Builder:
+    """Return what draws with the depth changed along x, away from the plane z = `fixed`."""
 
-    def __init__(self, target: Builder, p: Plan, outline: Outline, fixed: float) -> None:
-        super().__init__()
-        self.target, self.p, self.outline, self.fixed = target, p, outline, fixed
+    def bend(v: Array) -> Array:
+        share = outline((2 * v[:, 0] / p.width).clip(-1, 1))
+        return np.stack([v[:, 0], v[:, 1], fixed + (v[:, 2] - fixed) * share], 1)
 
-    def add(self, part: str, material: Material, vertices: ArrayLike, faces: ArrayLike) -> None:
-        """Add triangles, cut into ones short enough to follow the outline."""
-        v, f = cut_across(vertices, faces, self.p.width / 6.5)
-        share = self.outline((2 * v[:, 0] / self.p.width).clip(-1, 1))
-        v[:, 2] = self.fixed + (v[:, 2] - self.fixed) * share
-        self.target.add(part, material, v, f)
+    return Bent(b, bend, p.width / 6.5)
 
 
 def straight(b: Builder, rng: Rng, p: Plan) -> Builder:
@@ -98,26 +92,26 @@ def bow(b: Builder, rng: Rng, p: Plan) -> Builder:
     """Bow the front out, or in and out."""
     waves = int(rng.choice([1, 1, 3]))
     swell = min(rng.uniform(0.15, 0.5), 0.2 * p.width / p.depth) / waves**1.5
-    return Warped(b, p, lambda u: 1 + swell * np.cos(waves * np.pi * u / 2), p.depth / 2)
+    return _warped(b, p, lambda u: 1 + swell * np.cos(waves * np.pi * u / 2), p.depth / 2)
 
 
 def half_round(b: Builder, rng: Rng, p: Plan) -> Builder:
     """Make the plan a half round."""
     grow, power = 0.9 * p.width / p.depth / 2 + 0.4, rng.uniform(0.4, 0.6)
-    return Warped(b, p, lambda u: grow * (1 - 0.9 * u * u) ** power, p.depth / 2)
+    return _warped(b, p, lambda u: grow * (1 - 0.9 * u * u) ** power, p.depth / 2)
 
 
 def drum(b: Builder, rng: Rng, p: Plan) -> Builder:
     """Make the plan round."""
     grow = p.width / p.depth
-    return Warped(b, p, lambda u: grow * np.sqrt(1 - 0.9 * u * u), 0.0)
+    return _warped(b, p, lambda u: grow * np.sqrt(1 - 0.9 * u * u), 0.0)
 
 
 def wedge(b: Builder, rng: Rng, p: Plan) -> Builder:
     """Make the plan one that fits a corner of a room."""
     ends = rng.uniform(0.25, 0.5)
     grow = p.width / p.depth / 2 + ends
-    return Warped(b, p, lambda u: ends + (grow - ends) * (1 - np.abs(u)), -p.depth / 2)
+    return _warped(b, p, lambda u: ends + (grow - ends) * (1 - np.abs(u)), -p.depth / 2)
 
 
 _CURVED = {"layout": ("drawers", "doors", "both"), "top": ("flat", "bare", "cornice")}

@@ -1,7 +1,5 @@
 """Chairs: what they are for, what they stand on, a seat, a back, arms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from ffd_lightning.shapes.chair.backs import ARM_KINDS, BACKS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.chair.plan import Plan
-from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing, upholstery
+from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing
 from ffd_lightning.shapes.kit.boards import beam, pad, slats
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.sheets import sheet
@@ -23,11 +23,13 @@ def _posts(b: Builder, rng: Rng, p: Plan) -> tuple[float, float]:
     return half, p.rise * rng.uniform(0.1, 0.45)
 
 
-def _crest(b: Builder, rng: Rng, p: Plan, half: float) -> None:
-    """Add a rail across the tops of the posts."""
+def _framed(b: Builder, rng: Rng, p: Plan) -> tuple[float, float]:
+    """Add posts and a rail across their tops; return what `_posts` does."""
+    half, low = _posts(b, rng, p)
     tall = rng.uniform(0.04, 0.11)
     size = (2 * half + rng.uniform(0.03, 0.09), tall, 0.035)
     pad(b, "back", p.frame, p.back(0, p.rise), size, rng.uniform(0.1, 0.5) * tall, p.rake)
+    return half, low
 
 
 def ladder(b: Builder, rng: Rng, p: Plan) -> None:
@@ -41,8 +43,7 @@ def ladder(b: Builder, rng: Rng, p: Plan) -> None:
 
 def spindles(b: Builder, rng: Rng, p: Plan) -> None:
     """Add posts, a crest, and thin rods between the crest and the seat or a lower rail."""
-    half, low = _posts(b, rng, p)
-    _crest(b, rng, p, half)
+    half, low = _framed(b, rng, p)
     low = 0.0 if rng.random() < 0.5 else low
     if low:
         beam(b, "back", p.frame, p.back(-half, low), p.back(half, low), 0.02, 0.03)
@@ -53,16 +54,14 @@ def spindles(b: Builder, rng: Rng, p: Plan) -> None:
 
 def cross(b: Builder, rng: Rng, p: Plan) -> None:
     """Add posts, a crest, and two crossed bars."""
-    half, low = _posts(b, rng, p)
-    _crest(b, rng, p, half)
+    half, low = _framed(b, rng, p)
     for x, wide in ((-half, 0.02), (half, 0.016)):
         beam(b, "back", p.frame, p.back(x, low), p.back(-x, p.rise), wide, 0.03)
 
 
 def panel(b: Builder, rng: Rng, p: Plan) -> None:
     """Add posts, a crest, and a board that fills all or the middle of the space."""
-    half, low = _posts(b, rng, p)
-    _crest(b, rng, p, half)
+    half, low = _framed(b, rng, p)
     wide = 2 * half * (1 if rng.random() < 0.5 else rng.uniform(0.25, 0.45))
     low = 0.0 if wide < half else low
     size = (wide, p.rise - low, 0.018)
@@ -138,9 +137,9 @@ def curved(b: Builder, rng: Rng, p: Plan) -> None:
 
 def tight(b: Builder, rng: Rng, s: Seating) -> None:
     """Add one padded panel, sometimes buttoned, sometimes with wings."""
-    upholstery.add_tight_back(b, s, s.width + 0.6 * s.arm)
+    s.add_tight_back(b, s.width + 0.6 * s.arm)
     if rng.random() < 0.35:
-        upholstery.add_tufts(b, s, int(rng.integers(3, 5)), 4)
+        s.add_tufts(b, int(rng.integers(3, 5)), 4)
     if s.arms == "open" or s.back < 0.5 or rng.random() < 0.4:
         return
     low, high, out = s.arm_rise - 0.05, 0.95 * s.back, -rng.uniform(0.1, 0.14)
@@ -152,7 +151,7 @@ def tight(b: Builder, rng: Rng, s: Seating) -> None:
 
 def loose(b: Builder, rng: Rng, s: Seating) -> None:
     """Add a thin panel and a cushion before it."""
-    upholstery.add_loose_back(b, s, rng.uniform(0.0, 0.12))
+    s.add_loose_back(b, rng.uniform(0.0, 0.12))
 
 
 _FRAMED = ("legs", "tripod", "sled", "column", "rockers", "scissors", "sides", "cantilever")
@@ -218,7 +217,7 @@ def pads(b: Builder, rng: Rng, p: Plan) -> None:
 def upholstered(b: Builder, rng: Rng, s: Seating) -> None:
     """Add two arms of a padded seat."""
     for side in (-1, 1):
-        upholstery.add_arm(b, s, side)
+        s.add_arm(b, side)
 
 
 _STANDING = {"use": ("dining", "lounge"), "seat": _FLAT}

@@ -10,7 +10,7 @@ from ffd_lightning.shapes.kit.boards import beam, rails, slats
 from ffd_lightning.shapes.kit.legs import add_legs, draw_leg_style, stretchers
 from ffd_lightning.shapes.kit.paths import bend, circle, corners
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.upholstery import Seating, add_base, add_feet, add_seat_cushions
+from ffd_lightning.shapes.kit.upholstery import Seating
 from ffd_lightning.shapes.kit.vectors import UP, Array, vec
 
 
@@ -45,15 +45,10 @@ def tripod(b: Builder, rng: Rng, p: Plan) -> None:
         rails(b, "leg", p.frame, feet + level * (tops - feet), 0.018, 0.022)
 
 
-def _rod(b: Builder, p: Plan, half: float, y: float, z: float, r: float) -> None:
-    """Add a rod from side to side, from -`half` to `half`."""
-    b.cylinder("leg", p.frame, (-half, y, z), (half, y, z), r, segments=8)
-
-
 def sled(b: Builder, rng: Rng, p: Plan) -> None:
     """Add two bent tubes on the floor, joined below the seat."""
     r, lean_in = rng.uniform(0.008, 0.014), rng.uniform(0.0, 0.1)
-    front, rear = -0.5 * p.depth + 0.03, 0.5 * p.depth - 0.03
+    front, rear, y = -0.5 * p.depth + 0.03, 0.5 * p.depth - 0.03, p.under - 0.01
     low, high = p.width / 2 - 0.02, p.width / 2 - 0.02 - lean_in
     for side in (-1, 1):
         x, top = side * low, side * high
@@ -61,7 +56,7 @@ def sled(b: Builder, rng: Rng, p: Plan) -> None:
         path += [(x, r, rear + 0.05), (top, p.under, rear - 0.05)]
         b.tube("leg", p.frame, bend(path, 0.06), r, segments=8)
     for z in (front + 0.05, rear - 0.06):
-        _rod(b, p, high, p.under - 0.01, z, r)
+        b.cylinder("leg", p.frame, (-high, y, z), (high, y, z), r, segments=8)
 
 
 def cantilever(b: Builder, rng: Rng, p: Plan) -> None:
@@ -128,8 +123,9 @@ def scissors(b: Builder, rng: Rng, p: Plan) -> None:
         beam(b, "leg", p.frame, (x, 0, front), (x, p.under, rear - 0.06), 0.02, 0.035)
         x -= 0.022 * side
         beam(b, "leg", p.frame, (x, p.under, front + 0.06), (x, 0, rear), 0.02, 0.035)
+    x = p.width / 2 - 0.03
     for z in (front + 0.03, rear - 0.02):
-        _rod(b, p, p.width / 2 - 0.03, 0.05, z, 0.011)
+        b.cylinder("leg", p.frame, (-x, 0.05, z), (x, 0.05, z), 0.011, segments=8)
 
 
 def sides(b: Builder, rng: Rng, p: Plan) -> None:
@@ -148,8 +144,8 @@ def sides(b: Builder, rng: Rng, p: Plan) -> None:
 
 def plinth(b: Builder, rng: Rng, s: Seating) -> None:
     """Add a padded box on feet below a seat's cushions."""
-    add_base(b, s)
-    add_feet(b, rng, s)
+    s.add_base(b)
+    s.add_feet(b, rng)
 
 
 _SITTING = {"use": ("dining", "lounge", "bar")}
@@ -211,7 +207,7 @@ def disc(b: Builder, rng: Rng, p: Plan) -> None:
 
 def cushions(b: Builder, rng: Rng, s: Seating) -> None:
     """Add a loose cushion between padded arms."""
-    add_seat_cushions(b, s, front=rng.uniform(0.0, 0.03))
+    s.add_seat_cushions(b, front=rng.uniform(0.0, 0.03))
 
 
 def shell(b: Builder, rng: Rng, p: Plan) -> None:
@@ -219,7 +215,10 @@ def shell(b: Builder, rng: Rng, p: Plan) -> None:
     front = -p.depth / 2
     path = [vec(0, p.seat - 0.01, front - 0.03), vec(0, p.seat + 0.015, front + 0.05)]
     path += [vec(0, p.under + 0.005, 0.4 * p.depth), p.back(0, p.rise)]
-    flat, s = _resample(bend(path, 0.16, 7), 30), np.linspace(0, 1, 30)
+    bent = bend(path, 0.16, 7)
+    lengths = np.insert(np.cumsum(np.linalg.norm(np.diff(bent, axis=0), axis=1)), 0, 0)
+    s, at = np.linspace(0, 1, 30), np.linspace(0, lengths[-1], 30)
+    flat = np.stack([np.interp(at, lengths, bent[:, i]) for i in range(3)], 1)
     normal = np.cross(np.gradient(flat, axis=0), (1, 0, 0))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     normal *= np.sign(normal[:, 1].mean())
@@ -236,13 +235,6 @@ def shell(b: Builder, rng: Rng, p: Plan) -> None:
     thickness = rng.uniform(0.01, 0.03)
     sheet(b, "seat", p.cover, grid[:16], thickness)
     sheet(b, "back", p.cover, grid[15:], thickness)
-
-
-def _resample(path: Array, count: int) -> Array:
-    """Return `count` points evenly spaced along a polyline (p, 3)."""
-    lengths = np.insert(np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)), 0, 0)
-    at = np.linspace(0, lengths[-1], count)
-    return np.stack([np.interp(at, lengths, path[:, i]) for i in range(3)], 1)
 
 
 _PLAIN = ("legs", "tripod", "sled", "column", "rockers", "scissors", "sides")

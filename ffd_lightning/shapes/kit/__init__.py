@@ -4,8 +4,6 @@ The names that every family needs are here; the rest of the vocabulary is in the
 boards, sheets, upholstery, cross-sections, paths.
 """
 
-from __future__ import annotations
-
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.materials import Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.product import Chosen, Component, Product, nothing

@@ -13,8 +13,6 @@ from ffd_lightning.shapes.kit.boards import beam, rails
 from ffd_lightning.shapes.kit.paths import bend, circle
 from ffd_lightning.shapes.kit.vectors import UP, Array, Pair
 
-Profile = tuple[Pair, ...]
-
 
 @dataclass(frozen=True)
 class LegStyle:
@@ -22,7 +20,7 @@ class LegStyle:
 
     section: str  # "square", "round" or "hairpin" (two thin rods that meet at the foot)
     thickness: float  # across the leg at its widest
-    profile: Profile = ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0))
+    profile: tuple[Pair, ...] = ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0))
     """(height from foot 0 to top 1, fraction of the thickness) rows."""
 
     @property

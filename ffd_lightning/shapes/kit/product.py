@@ -48,18 +48,16 @@ class Product:
     family: tuple[str, ...]  # the slots whose components name a shape's structural family
     assemble: Callable[[Rng, Chosen], Builder]  # draws shared dimensions, calls the components
 
-    def choose(self, rng: Rng) -> Chosen:
-        """Draw a component for each slot among those that go with the ones before it."""
+    def draw(self, rng: Rng) -> tuple[Mesh, str]:
+        """Draw a shape, for each slot a component that goes with the ones before it.
+
+        Return its mesh and its family, such as `legs-ladder`.
+        """
         chosen: dict[str, Component] = {}
         for slot, components in self.slots.items():
             fitting = [c for c in components if c.fits(chosen)]
             weights = np.array([c.weight for c in fitting])
             chosen[slot] = fitting[int(rng.choice(len(fitting), p=weights / weights.sum()))]
-        return chosen
-
-    def draw(self, rng: Rng) -> tuple[Mesh, str]:
-        """Draw a shape; return its mesh and its family, such as `legs-ladder`."""
-        chosen = self.choose(rng)
         family = "-".join(chosen[slot].name for slot in self.family)
         mesh = self.assemble(rng, chosen).mesh()
         order = np.array([self.parts.index(name) for name in mesh.part_names], np.uint8)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ffd_lightning.shapes.kit.vectors import Array, Pair
+from ffd_lightning.shapes.kit.vectors import Array
 
 
 class Section(NamedTuple):
@@ -46,13 +46,3 @@ def corner_arcs(segments: int) -> tuple[Array, Array]:
     angles = np.concatenate([quarter + i * np.pi / 2 for i in range(4)])
     corners = np.repeat([(1, 1), (-1, 1), (-1, -1), (1, -1)], segments + 1, axis=0)
     return corners, np.column_stack([np.cos(angles), np.sin(angles)])
-
-
-def eased_disc(radius: float, low: float, high: float, ease: float) -> list[Pair]:
-    """Return the (radius, height) rows of a disc between two heights whose edges are eased."""
-    return [
-        (radius - ease, low),
-        (radius, low + ease),
-        (radius, high - ease),
-        (radius - ease, high),
-    ]

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material
 from ffd_lightning.shapes.kit.vectors import Array, Pair
@@ -48,18 +50,28 @@ def arc(
     b.loft(part, material, rings)
 
 
-def cut_across(
-    vertices: ArrayLike, faces: ArrayLike, limit: float
-) -> tuple[Array, NDArray[np.int64]]:
-    """Return triangles, cut at the middles of edges until none is longer than `limit` along x."""
-    v, f = np.asarray(vertices, float).reshape(-1, 3), np.asarray(faces, np.int64).reshape(-1, 3)
-    while True:
-        lengths = np.abs(v[f][:, :, 0] - v[np.roll(f, -1, 1)][:, :, 0])
-        cut = lengths.max(1) > limit
-        if not cut.any():
-            return v, f
-        first = lengths[cut].argmax(1)[:, None] + np.arange(3)
-        a, b, c = np.take_along_axis(f[cut], first % 3, 1).T
-        middle = len(v) + np.arange(len(a))
-        halves = np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)
-        v, f = np.concatenate([v, (v[a] + v[b]) / 2]), np.concatenate([f[~cut], *halves])
+class Bent(Builder):
+    """Draws into another builder, triangles cut until none is longer than `limit` along x.
+
+    `bend` moves their vertices (v, 3) then.
+    """
+
+    def __init__(self, target: Builder, bend: Callable[[Array], Array], limit: float) -> None:
+        super().__init__()
+        self.target, self.bend, self.limit = target, bend, limit
+
+    def add(self, part: str, material: Material, vertices: ArrayLike, faces: ArrayLike) -> None:
+        """Add triangles, cut at the middles of their edges and bent."""
+        v = np.asarray(vertices, float).reshape(-1, 3)
+        f = np.asarray(faces, np.int64).reshape(-1, 3)
+        while True:
+            lengths = np.abs(v[f][:, :, 0] - v[np.roll(f, -1, 1)][:, :, 0])
+            cut = lengths.max(1) > self.limit
+            if not cut.any():
+                break
+            first = lengths[cut].argmax(1)[:, None] + np.arange(3)
+            a, b, c = np.take_along_axis(f[cut], first % 3, 1).T
+            middle = len(v) + np.arange(len(a))
+            halves = np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)
+            v, f = np.concatenate([v, (v[a] + v[b]) / 2]), np.concatenate([f[~cut], *halves])
+        self.target.add(part, material, self.bend(v), f)

@@ -1,12 +1,11 @@
 """Sofas: rows of seats, what they stand on, seat, back, arms."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
+from ffd_lightning.shapes.kit.sheets import Bent
 from ffd_lightning.shapes.sofa.parts import ARM_KINDS, BACKS, BASES, SEATS
-from ffd_lightning.shapes.sofa.plan import LAYOUTS, Placed, draw_plan
+from ffd_lightning.shapes.sofa.plan import LAYOUTS, draw_plan
 
 
 def assemble(rng: Rng, chosen: Chosen) -> Builder:
@@ -17,7 +16,8 @@ def assemble(rng: Rng, chosen: Chosen) -> Builder:
         seed = int(rng.integers(1 << 32))  # so that the rows look alike
         for row in rows:
             if slot in row.slots:
-                chosen[slot].build(Placed(b, row), np.random.default_rng(seed), row.plan)
+                bent, same = Bent(b, row.place, 0.44 * row.radius), np.random.default_rng(seed)
+                chosen[slot].build(bent, same, row.plan)
     return b
 
 

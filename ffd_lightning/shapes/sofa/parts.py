@@ -13,13 +13,6 @@ from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.sheets import sheet
 from ffd_lightning.shapes.kit.upholstery import (
     ARMS,
-    add_arm,
-    add_base,
-    add_feet,
-    add_loose_back,
-    add_seat_cushions,
-    add_tight_back,
-    add_tufts,
 )
 from ffd_lightning.shapes.kit.vectors import UP, Array, vec
 from ffd_lightning.shapes.sofa.plan import Plan
@@ -27,13 +20,13 @@ from ffd_lightning.shapes.sofa.plan import Plan
 
 def feet(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a box on short legs; arms that stand on the floor do without."""
-    add_base(b, p)
-    add_feet(b, rng, p, None if p.ends else p.width + p.arm)
+    p.add_base(b)
+    p.add_feet(b, rng, None if p.ends else p.width + p.arm)
 
 
 def plinth(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a box on a plinth."""
-    add_base(b, p)
+    p.add_base(b)
     inset, tall = rng.choice([0.03, 0.2]), p.foot + 0.02
     size = (p.width + p.arm - inset, tall, p.depth - inset)
     dark = pick_material(rng, "rubber") if rng.random() < 0.5 else p.frame
@@ -42,7 +35,7 @@ def plinth(b: Builder, rng: Rng, p: Plan) -> None:
 
 def sled(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a box on frames of bars."""
-    add_base(b, p)
+    p.add_base(b)
     bar, half, z = rng.uniform(0.018, 0.04), p.width / 2 - 0.06, p.depth / 2 - 0.08
     for x in np.linspace(-half, half, 3 if half > 0.9 else 2):
         ring = [(x, 0, z), (x, p.foot, z), (x, p.foot, -z), (x, 0, -z)]
@@ -54,7 +47,7 @@ def frame(b: Builder, rng: Rng, p: Plan) -> None:
     width, depth = p.width + p.arm - 0.04, p.depth - 0.04
     rails(b, "seat", p.frame, corners(width, depth, p.deck - 0.04), 0.035, 0.08)
     b.box("seat", p.frame, (0, p.deck - 0.02, 0), (width, 0.03, depth))
-    add_feet(b, rng, replace(p, foot=p.deck - 0.03), p.width + p.arm + 0.06)
+    replace(p, foot=p.deck - 0.03).add_feet(b, rng, p.width + p.arm + 0.06)
 
 
 def slab(b: Builder, rng: Rng, p: Plan) -> None:
@@ -68,15 +61,15 @@ def slab(b: Builder, rng: Rng, p: Plan) -> None:
 def cushions(b: Builder, rng: Rng, p: Plan, wide: float) -> None:
     """Add cushions about as wide as told."""
     one = replace(p, seats=max(1, round(p.width / wide)))
-    add_seat_cushions(b, one, rng.uniform(0.0, 0.04))
+    one.add_seat_cushions(b, rng.uniform(0.0, 0.04))
 
 
 def each(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a cushion at each seat, sometimes two."""
     low = p.cushion * (rng.uniform(0.4, 0.6) if rng.random() < 0.3 else 0)
     if low:
-        add_seat_cushions(b, replace(p, seats=1, seat=p.seat - p.cushion + low, cushion=low))
-    add_seat_cushions(b, replace(p, cushion=p.cushion - low), rng.uniform(0.0, 0.04))
+        replace(p, seats=1, seat=p.seat - p.cushion + low, cushion=low).add_seat_cushions(b)
+    replace(p, cushion=p.cushion - low).add_seat_cushions(b, rng.uniform(0.0, 0.04))
 
 
 _LONG = {"layout": ("straight", "stool", "longue")}
@@ -96,7 +89,7 @@ SEATS = (
 
 def loose(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a panel and a cushion per seat before it, sometimes pillows."""
-    add_loose_back(b, p, rng.uniform(0.0, 0.35) * p.back)
+    p.add_loose_back(b, rng.uniform(0.0, 0.35) * p.back)
     _pillows(b, rng, p)
 
 
@@ -104,21 +97,21 @@ def _pillows(b: Builder, rng: Rng, p: Plan) -> None:
     """Throw up to three small pillows against the back."""
     for _ in range(int(rng.integers(0, 4)) if rng.random() < 0.4 else 0):
         size, x = rng.uniform(0.3, 0.42), rng.uniform(-0.38, 0.38) * p.width
-        at = p.point(x, 0.46 * size, -0.95 * p.thick)
-        pad(b, "back", pick_material(rng, "fabric"), at, (size, size, 0.11), 0.06, p.rake + 12)
+        cover, at = pick_material(rng, "fabric"), (x, 0.46 * size, -0.95 * p.thick)
+        p.add_pad(b, cover, at, (size, size, 0.11), 0.06, 12)
 
 
 def tight(b: Builder, rng: Rng, p: Plan) -> None:
     """Add one padded panel, sometimes buttoned."""
-    add_tight_back(b, p, p.width + p.arm)
+    p.add_tight_back(b, p.width + p.arm)
     if rng.random() < 0.4:
-        add_tufts(b, p, int(rng.integers(2, 4)), 3 * p.seats)
+        p.add_tufts(b, int(rng.integers(2, 4)), 3 * p.seats)
 
 
 def rolled(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a buttoned panel and a roll on it that runs on into the arms."""
-    add_tight_back(b, p, p.width + p.arm)
-    add_tufts(b, p, int(rng.integers(2, 4)), 4 * p.seats)
+    p.add_tight_back(b, p.width + p.arm)
+    p.add_tufts(b, int(rng.integers(2, 4)), 4 * p.seats)
     r, half = 0.58 * p.arm, vec(p.span / 2, 0, 0)
     crest = vec(0, p.seat + p.back - 0.3 * r, p.depth / 2 - 0.3 * p.thick)
     b.cylinder("back", p.cover, crest - half, crest + half, r)
@@ -155,17 +148,17 @@ def channels(b: Builder, rng: Rng, p: Plan) -> None:
     for u in (np.arange(count) + 0.5) / count * 2 - 1:
         top = p.back * (1 - arch * u * u)
         size = (1.02 * wide / count, top - low, p.thick)
-        pad(b, "back", p.cover, p.point(u * wide / 2, (top + low) / 2), size, 0.08, p.rake)
+        p.add_pad(b, p.cover, (u * wide / 2, (top + low) / 2, 0), size, 0.08)
 
 
 def rests(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a low panel and a thick rest for the head on it at each seat."""
     low = rng.uniform(0.5, 0.75) * p.back
-    add_tight_back(b, replace(p, back=low), p.width + p.arm)
+    replace(p, back=low).add_tight_back(b, p.width + p.arm)
     size = (0.96 * p.each, p.back - low + 0.03, 0.8 * p.thick)
     for x in p.places:
-        at = p.point(x, (p.back + low) / 2, -0.1 * p.thick)
-        pad(b, "back", p.pillows, at, size, 0.06, p.rake + rng.choice([0, 8]))
+        at = (x, (p.back + low) / 2, -0.1 * p.thick)
+        p.add_pad(b, p.pillows, at, size, 0.06, rng.choice([0, 8]))
 
 
 def railing(b: Builder, rng: Rng, p: Plan) -> None:
@@ -205,7 +198,7 @@ def _fill_side(b: Builder, p: Plan, tops: Array, part: str, fill: str, gap: floa
 def upholstered(b: Builder, rng: Rng, p: Plan) -> None:
     """Add padded or open arms."""
     for side in p.ends:
-        add_arm(b, p, side)
+        p.add_arm(b, side)
 
 
 def bolsters(b: Builder, rng: Rng, p: Plan) -> None:

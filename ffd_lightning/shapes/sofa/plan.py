@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.kit import Builder, Chosen, Component, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.sheets import cut_across
+from ffd_lightning.shapes.kit import Chosen, Component, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.upholstery import Seating
-from ffd_lightning.shapes.kit.vectors import Triple, about_y
+from ffd_lightning.shapes.kit.vectors import Array, Triple, about_y
 
 
 @dataclass(frozen=True)
@@ -20,11 +18,6 @@ class Plan(Seating):
     """A row of seats that has arms at `ends`, -1 and 1."""
 
     ends: Sequence[int] = (-1, 1)
-
-    @property
-    def deck(self) -> float:
-        """Height of what the cushions lie on."""
-        return self.seat - 0.8 * self.cushion
 
 
 @dataclass(frozen=True)
@@ -37,22 +30,12 @@ class Row:
     shift: Triple = (0.0, 0.0, 0.0)  # of its middle, after that
     radius: float = np.inf  # of the curve that its middle follows
 
-
-class Placed(Builder):
-    """Draws a row into another builder."""
-
-    def __init__(self, target: Builder, row: Row) -> None:
-        super().__init__()
-        self.target, self.row = target, row
-
-    def add(self, part: str, material: Material, vertices: ArrayLike, faces: ArrayLike) -> None:
-        """Add triangles where the row is; those of a curve are cut into short ones."""
-        v, f, r = np.asarray(vertices, float), np.asarray(faces), self.row.radius
-        if np.isfinite(r):
-            v, f = cut_across(v, f, 0.44 * r)
-            angle, out = v[:, 0] / r, r + v[:, 2]
-            v = np.stack([out * np.sin(angle), v[:, 1], out * np.cos(angle) - r], 1)
-        self.target.add(part, material, v @ about_y(self.row.degrees).T + self.row.shift, f)
+    def place(self, v: Array) -> Array:
+        """Return vertices of the row, (v, 3), where it is."""
+        if np.isfinite(self.radius):
+            angle, out = v[:, 0] / self.radius, self.radius + v[:, 2]
+            v = np.stack([out * np.sin(angle), v[:, 1], out * np.cos(angle) - self.radius], 1)
+        return v @ about_y(self.degrees).T + self.shift
 
 
 def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
