@@ -1,7 +1,5 @@
 """Cabinets: what they are for, their front, what they stand on, their top, their plan."""
 
-from __future__ import annotations
-
 from ffd_lightning.shapes.cabinet.ends import STANDS, TOPS
 from ffd_lightning.shapes.cabinet.layouts import LAYOUTS
 from ffd_lightning.shapes.cabinet.plan import OUTLINES, USES, draw_plan

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.cabinet.joinery import Bay, carcass, dividers, doors, plank, shelves
+from ffd_lightning.shapes.cabinet.joinery import carcass, plank
 from ffd_lightning.shapes.cabinet.layouts import fill
 from ffd_lightning.shapes.cabinet.plan import Plan
 from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, nothing, pick_material
@@ -89,18 +89,14 @@ def flat(b: Builder, rng: Rng, p: Plan, material: Material | None = None) -> Non
     b.rounded_box("top", board, middle, size, radius=0.012, edge=rng.uniform(0.2, 0.45) * thick)
 
 
-def cornice(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add a moulding that flares."""
-    _moulding(b, rng, p, (p.width, p.top, p.depth), 0.0)
-
-
-def _moulding(b: Builder, rng: Rng, p: Plan, size: Triple, z: float) -> None:
-    """Add a moulding on a case of `size` (width, height of its top, depth) about `z`."""
-    reach, rings = rng.uniform(0.03, 0.09), []
+def cornice(b: Builder, rng: Rng, p: Plan, case: Triple | None = None, z: float = 0.0) -> None:
+    """Add a moulding that flares, on a `case` (width, height of its top, depth) about `z`."""
+    (width, top, depth), reach = case or (p.width, p.top, p.depth), rng.uniform(0.03, 0.09)
     profile = [(0.0, -0.01), (0.3, 0.15), (0.33, 0.4), (0.5, 0.65), (0.8, 0.78), (1.0, 0.85)]
+    rings = []
     for out, rise in [*profile, (1.0, 1.2)]:
-        wide, deep = size[0] + 2 * out * reach, size[2] + out * reach
-        rings.append(corners(wide, deep, size[1] + rise * reach) + vec(0, 0, z - out * reach / 2))
+        wide, deep, back = width + 2 * out * reach, depth + out * reach, z - out * reach / 2
+        rings.append(corners(wide, deep, top + rise * reach, back))
     b.loft("top", p.style.body, rings)
 
 
@@ -141,18 +137,12 @@ def hutch(b: Builder, rng: Rng, p: Plan) -> None:
     bottom += gap
     bay, count = carcass(b, p.style, (wide, rise, deep), (0.0, z), bottom), round(wide / 0.5)
     if rng.random() < 0.35:
-        _row(b, rng, p, bay.divide(max(1, count - 1), across=True), ["open"])
+        for cell in bay.split(max(1, count - 1), across=True):
+            fill(rng, cell, "open")
     else:
-        shelves(b, p.style, bay, int(rng.integers(1, 4)))
-        doors(b, p.style, bay, max(1, count), glazed=True, handle=0.3)
-    _moulding(b, rng, p, (wide, bottom + rise, deep), z)
-
-
-def _row(b: Builder, rng: Rng, p: Plan, bays: list[Bay], kinds: list[str]) -> None:
-    """Fill a row of bays."""
-    dividers(b, p.style, bays, across=True)
-    for bay in bays:
-        fill(b, rng, p.style, bay, draw(rng, kinds))
+        bay.shelves(int(rng.integers(1, 4)))
+        bay.doors(max(1, count), glazed=True, handle=0.3)
+    cornice(b, rng, p, (wide, bottom + rise, deep), z)
 
 
 def worktop(b: Builder, rng: Rng, p: Plan) -> None:
@@ -185,8 +175,8 @@ def wall(b: Builder, rng: Rng, p: Plan) -> None:
     low, high = (-p.width / 2, p.top, z - 0.02), (p.width / 2, p.top + gap + 0.05, z)
     plank(b, "body", tiles, low, high)
     bay = carcass(b, p.style, (p.width, rise, deep), (0.0, z - deep / 2), p.top + gap + 0.03)
-    bays = bay.divide(max(1, round(p.width / 0.6)), across=True)
-    _row(b, rng, p, bays, ["door", "door", "glass", "open"])
+    for cell in bay.split(max(1, round(p.width / 0.6)), across=True):
+        fill(rng, cell, draw(rng, ["door", "door", "glass", "open"]))
 
 
 _LOW = ("night", "chest", "low", "sideboard", "office")

@@ -11,40 +11,10 @@ from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import bend
-from ffd_lightning.shapes.kit.vectors import UP, Pair, Triple, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, Triple, lean, vec
 
 BOARD = 0.02
 """Thickness of fronts and inner boards in metres."""
-
-
-@dataclass(frozen=True)
-class Bay:
-    """A rectangular opening of a carcass, seen from the front; (x, y) is its centre."""
-
-    x: float
-    y: float
-    width: float
-    height: float
-    front: float  # z of the carcass's front edge
-    depth: float  # from there to the back panel
-
-    def split(self, shares: ArrayLike, across: bool, gap: float = BOARD) -> list[Bay]:
-        """Cut by `shares` of the width (`across`) or height into bays `gap` apart, lowest first."""
-        middle, side = ("x", "width") if across else ("y", "height")
-        length, parts = getattr(self, side), np.asarray(shares, float) / np.sum(shares)
-        sizes = parts * (length - gap * (len(parts) - 1))
-        starts = getattr(self, middle) - length / 2 + (np.cumsum(sizes + gap) - sizes - gap)
-        cells = zip(starts + sizes / 2, sizes, strict=True)
-        return [replace(self, **{middle: place, side: size}) for place, size in cells]
-
-    def divide(self, count: int, across: bool, gap: float = BOARD) -> list[Bay]:
-        """Cut the width (`across`) or height into `count` equal bays `gap` apart, lowest first."""
-        return self.split(np.ones(count), across, gap)
-
-    @property
-    def back(self) -> float:
-        """The z of the back."""
-        return self.front + self.depth
 
 
 @dataclass(frozen=True)
@@ -84,6 +54,162 @@ def plank(b: Builder, part: str, material: Material, low: ArrayLike, high: Array
     b.rounded_box(part, material, (a + c) / 2, c - a, edge, segments=1)
 
 
+_KNOB = ((0.005, -0.004), (0.005, 0.01), (0.015, 0.017), (0.013, 0.027), (0.004, 0.031))
+
+
+@dataclass(frozen=True)
+class Bay:
+    """A rectangular opening of a carcass, seen from the front; (x, y) is its centre.
+
+    It draws what divides and closes it. Its front can be a door's or a drawer's, too.
+    """
+
+    b: Builder
+    style: Joinery
+    x: float
+    y: float
+    width: float
+    height: float
+    front: float  # z of the carcass's front edge
+    depth: float  # from there to the back panel
+
+    @property
+    def middle(self) -> Array:
+        """The middle of a board with this front, (3,)."""
+        return vec(self.x, self.y, self.front + BOARD / 2)
+
+    @property
+    def face(self) -> Bay:
+        """Where its front lies: within the opening, or over half its edges, less a gap."""
+        lap, out = (-0.006, 0.0) if self.style.inset else (0.4 * BOARD - 0.006, BOARD)
+        width, height = self.width + lap, self.height + lap
+        return replace(self, width=width, height=height, front=self.front - out)
+
+    def cells(self, shares: ArrayLike, across: bool, gap: float = 0.0) -> list[Bay]:
+        """Cut the width (`across`) or height into bays `gap` apart, lowest first.
+
+        `shares` are theirs, or how many they are if they are equal.
+        """
+        parts = np.ones(int(shares)) if isinstance(shares, int) else np.asarray(shares, float)
+        middle, side = ("x", "width") if across else ("y", "height")
+        length = getattr(self, side)
+        sizes = parts / np.sum(parts) * (length - gap * (len(parts) - 1))
+        starts = getattr(self, middle) - length / 2 + (np.cumsum(sizes + gap) - sizes - gap)
+        places = zip(starts + sizes / 2, sizes, strict=True)
+        return [replace(self, **{middle: place, side: size}) for place, size in places]
+
+    def split(self, shares: ArrayLike, across: bool, gap: float = BOARD) -> list[Bay]:
+        """Cut as `cells` does, with boards in the gaps."""
+        cells, (x, y) = self.cells(shares, across, gap), (self.width / 2, self.height / 2)
+        for one, two in pairwise(cells):
+            if across:
+                low = (one.x + one.width / 2, one.y - y - 0.004, one.front + 0.002)
+                high = (two.x - two.width / 2, one.y + y + 0.004, one.front + one.depth)
+            else:
+                low = (one.x - x - 0.004, one.y + one.height / 2, one.front + 0.002)
+                high = (one.x + x + 0.004, two.y - two.height / 2, one.front + one.depth)
+            plank(self.b, "body" if across else "shelf", self.style.body, low, high)
+        return cells
+
+    def shelves(self, count: int) -> None:
+        """Add `count` boards, evenly, behind where inset doors are."""
+        left, right = self.x - self.width / 2 - 0.003, self.x + self.width / 2 + 0.003
+        start, end = self.front + 1.3 * BOARD, self.front + self.depth
+        for y in np.linspace(-0.5, 0.5, count + 2)[1:-1] * self.height + self.y:
+            low, high = (left, y - BOARD / 2, start), (right, y + BOARD / 2, end)
+            plank(self.b, "shelf", self.style.body, low, high)
+
+    def drawers(self, rows: int, columns: int = 1) -> None:
+        """Close it with a grid of drawers."""
+        for row in self.cells(rows, across=False):
+            for cell in row.cells(columns, across=True):
+                face, rise = cell.face, 0.32 * cell.height if self.style.grip == "slot" else 0
+                face.panel("drawer")
+                wide = cell.width > 0.75 and self.style.grip in ("knob", "bow")
+                for offset in (-0.27 * cell.width, 0.27 * cell.width) if wide else (0.0,):
+                    at = (cell.x + offset, cell.y + rise, face.front)
+                    _grip(self.b, self.style, at, min(0.4 * cell.width, 0.22), vec(1, 0, 0))
+
+    def doors(self, count: int, glazed: bool = False, handle: float = 0.5) -> None:
+        """Close it with hinged doors, in pairs; `handle` is the handles' height, from 0 to 1."""
+        for i, cell in enumerate(self.cells(count, across=True)):
+            face = cell.face
+            if glazed:
+                face.glazing()
+            else:
+                face.panel("door")
+            x = face.x + (-1) ** i * (face.width / 2 - min(0.035, 0.12 * face.width))
+            y = face.y + (handle - 0.5) * 0.7 * face.height
+            _grip(self.b, self.style, (x, y, face.front), min(0.3 * face.height, 0.28), UP)
+
+    def panel(self, part: str) -> None:
+        """Add the board of a door or drawer, BOARD thick, at the front."""
+        half, deep, front = (
+            vec(self.width, self.height, 0) / 2,
+            vec(0, 0, BOARD / 2),
+            self.style.front,
+        )
+        border = min(0.06, 0.2 * min(self.width, self.height))
+        inner = np.maximum(half - vec(border, border, 0), 0.004)
+        if self.style.panel in ("flat", "raised") or border < 0.02:
+            plank(self.b, part, front, self.middle - half - deep, self.middle + half + deep)
+            if self.style.panel == "raised" and border >= 0.02:
+                at, size = self.middle - 0.8 * deep, (2 * inner[0], 0.8 * BOARD, 2 * inner[1])
+                taper = 1 - 0.012 / inner[:2].max()
+                self.b.box(part, front, at, size, turn=lean(-90), taper=taper)
+            return
+        self.frame(part, border)
+        if self.style.panel == "louvre" and part == "door":
+            count = max(4, min(round(2 * inner[1] / 0.035), 16))
+            tall = 2 * inner[1] / count
+            size = (2 * inner[0] + 0.01, 1.15 * tall, 0.006)
+            for y in (np.arange(count) + 0.5 - count / 2) * tall:
+                self.b.box(part, front, self.middle + y * UP, size, turn=lean(25))
+        else:
+            low, high = self.middle - 1.05 * inner, self.middle + 1.05 * inner
+            plank(self.b, part, front, low - 0.2 * deep, high + 0.8 * deep)
+
+    def frame(self, part: str, border: float) -> None:
+        """Add four boards, `border` broad, around the front."""
+        level = (self.width - 1.8 * border, border, 0.98 * BOARD)
+        for side in (-1, 1):
+            x, y = side * (self.width - border) / 2, side * (self.height - border) / 2
+            upright = (border, self.height, BOARD)
+            self.b.box(part, self.style.front, self.middle + vec(x, 0, 0), upright)
+            self.b.box(part, self.style.front, self.middle + y * UP, level)
+
+    def glazing(self) -> None:
+        """Add a glass door with bars at the front."""
+        border, front = min(0.05, 0.15 * self.width), self.style.front
+        self.frame("door", border)
+        width, height = self.width - 1.9 * border, self.height - 1.9 * border
+        self.b.box("door", self.style.glass, self.middle, (width, height, 0.005))
+        if self.style.panel in ("frame", "raised"):
+            for y in np.linspace(-0.5, 0.5, 2 + round(height / 0.3))[1:-1] * height:
+                self.b.box("door", front, self.middle + y * UP, (width, 0.014, 0.012))
+        if self.style.panel == "raised":
+            self.b.box("door", front, self.middle, (0.014, height, 0.012))
+
+
+def _grip(b: Builder, style: Joinery, at: Triple, length: float, way: Array) -> None:
+    """Add a handle at the point `at` of a front: a knob, or what is `length` long along `way`."""
+    center, along = np.asarray(at, float), length * way
+    if style.grip == "knob":
+        b.lathe("handle", style.handle, _KNOB, center, segments=10, turn=lean(-90))
+    elif style.grip == "slot":
+        b.box("handle", style.handle, center, np.maximum(along, (0.016, 0.016, 0.006)))
+    elif style.grip == "bow":
+        (start, end), out = (center - 0.35 * along, center + 0.35 * along), vec(0, 0, -0.035)
+        path = bend([start, start + out, end + out, end], 0.03, 2)
+        b.tube("handle", style.handle, path, 0.006, segments=6)
+    elif style.grip == "bar":
+        out = vec(0, 0, -0.03)
+        for foot in (center - 0.36 * along, center + 0.36 * along):
+            b.cylinder("handle", style.handle, foot, foot + out, 0.005, segments=6)
+        start, end = center + out - 0.5 * along, center + out + 0.5 * along
+        b.cylinder("handle", style.handle, start, end, 0.008, segments=8)
+
+
 def carcass(
     b: Builder,
     style: Joinery,
@@ -107,143 +233,5 @@ def carcass(
     if back:
         start, end = (left + 0.5 * t, bottom + 0.5 * t), (right - 0.5 * t, top - 0.5 * t)
         plank(b, "body", style.body, (*start, rear - 0.012), (*end, rear))
-    return Bay(x, bottom + height / 2, width - 2 * t, height - 2 * t, front, depth - 0.012)
-
-
-def dividers(b: Builder, style: Joinery, bays: Sequence[Bay], across: bool) -> None:
-    """Add the boards between consecutive bays, as `Bay.split` made them."""
-    for one, two in pairwise(bays):
-        back = one.back
-        if across:
-            low = (one.x + one.width / 2, one.y - one.height / 2 - 0.004, one.front + 0.002)
-            high = (two.x - two.width / 2, one.y + one.height / 2 + 0.004, back)
-        else:
-            low = (one.x - one.width / 2 - 0.004, one.y + one.height / 2, one.front + 0.002)
-            high = (one.x + one.width / 2 + 0.004, two.y - two.height / 2, back)
-        plank(b, "body" if across else "shelf", style.body, low, high)
-
-
-_KNOB = ((0.005, -0.004), (0.005, 0.01), (0.015, 0.017), (0.013, 0.027), (0.004, 0.031))
-
-
-def fronts(b: Builder, style: Joinery, bay: Bay, rows: int, columns: int = 1) -> None:
-    """Close a bay with a grid of drawers."""
-    for row in bay.divide(rows, across=False, gap=0.0):
-        for cell in row.divide(columns, across=True, gap=0.0):
-            face, rise = _face(style, cell), 0.32 * cell.height if style.grip == "slot" else 0
-            _panel(b, style, "drawer", face)
-            wide = cell.width > 0.75 and style.grip in ("knob", "bow")
-            for offset in (-0.27 * cell.width, 0.27 * cell.width) if wide else (0.0,):
-                at = (cell.x + offset, cell.y + rise, face.front)
-                grip(b, style, at, min(0.4 * cell.width, 0.22), upright=False)
-
-
-def doors(
-    b: Builder, style: Joinery, bay: Bay, count: int, glazed: bool = False, handle: float = 0.5
-) -> None:
-    """Close a bay with hinged doors, in pairs; `handle` is the handles' height, from 0 to 1."""
-    for i, cell in enumerate(bay.divide(count, across=True, gap=0.0)):
-        face = _face(style, cell)
-        if glazed:
-            _glazing(b, style, face)
-        else:
-            _panel(b, style, "door", face)
-        x = face.x + (-1) ** i * (face.width / 2 - min(0.035, 0.12 * face.width))
-        y = face.y + (handle - 0.5) * 0.7 * face.height
-        grip(b, style, (x, y, face.front), min(0.3 * face.height, 0.28), upright=True)
-
-
-def sliding_doors(b: Builder, style: Joinery, bay: Bay, count: int) -> None:
-    """Close a bay with overlapping doors on two tracks, a shelf or more behind them."""
-    inner = replace(bay, front=bay.front + 2 * BOARD, depth=bay.depth - 2 * BOARD)
-    shelves(b, style, inner, max(1, round(bay.height / 0.4) - 1))
-    for i, cell in enumerate(bay.divide(count, across=True, gap=0.0)):
-        z = cell.front + 0.004 + (0.024 if i % 2 else 0.0)
-        _panel(b, style, "door", replace(cell, width=cell.width + 0.03, front=z))
-        if style.grip != "none":
-            x = cell.x + (0.5 * cell.width - 0.05) * (1 if i else -1)
-            size = (0.022, min(0.2, 0.3 * cell.height), 0.008)
-            b.rounded_box("handle", style.handle, (x, cell.y, z), size, radius=0.008, edge=0.003)
-
-
-def shelves(b: Builder, style: Joinery, bay: Bay, count: int) -> None:
-    """Add `count` boards to a bay, evenly, behind where inset doors are."""
-    for y in np.linspace(-0.5, 0.5, count + 2)[1:-1] * bay.height + bay.y:
-        low = (bay.x - bay.width / 2 - 0.003, y - BOARD / 2, bay.front + 1.3 * BOARD)
-        high = (bay.x + bay.width / 2 + 0.003, y + BOARD / 2, bay.back)
-        plank(b, "shelf", style.body, low, high)
-
-
-def _face(style: Joinery, cell: Bay) -> Bay:
-    """Return where the front of a cell lies: within the opening, or over half its edges."""
-    # On a carcass it reaches towards the middle of the boards around, less a gap.
-    lap, out = (-0.006, 0.0) if style.inset else (0.4 * BOARD - 0.006, BOARD)
-    return replace(cell, width=cell.width + lap, height=cell.height + lap, front=cell.front - out)
-
-
-def _panel(b: Builder, style: Joinery, part: str, face: Bay) -> None:
-    """Add the board of a door or drawer, BOARD thick behind `face.front`."""
-    half, deep = vec(face.width, face.height, 0) / 2, vec(0, 0, BOARD / 2)
-    middle = vec(face.x, face.y, face.front + BOARD / 2)
-    border = min(0.06, 0.2 * min(face.width, face.height))
-    inner = np.maximum(half - vec(border, border, 0), 0.004)
-    if style.panel in ("flat", "raised") or border < 0.02:
-        plank(b, part, style.front, middle - half - deep, middle + half + deep)
-        if style.panel == "raised" and border >= 0.02:
-            size, taper = (2 * inner[0], 0.8 * BOARD, 2 * inner[1]), 1 - 0.012 / inner[:2].max()
-            b.box(part, style.front, middle - 0.8 * deep, size, turn=lean(-90), taper=taper)
-        return
-    _frame(b, part, style, face, border)
-    if style.panel == "louvre" and part == "door":
-        count = max(4, min(round(2 * inner[1] / 0.035), 16))
-        tall = 2 * inner[1] / count
-        size = (2 * inner[0] + 0.01, 1.15 * tall, 0.006)
-        for y in (np.arange(count) + 0.5 - count / 2) * tall:
-            b.box(part, style.front, middle + y * UP, size, turn=lean(25))
-    else:
-        low, high = middle - 1.05 * inner - 0.2 * deep, middle + 1.05 * inner + 0.8 * deep
-        plank(b, part, style.front, low, high)
-
-
-def _frame(b: Builder, part: str, style: Joinery, face: Bay, border: float) -> None:
-    """Add four boards, `border` broad, around a face."""
-    middle = vec(face.x, face.y, face.front + BOARD / 2)
-    for side in (-1, 1):
-        x, y = side * (face.width - border) / 2, side * (face.height - border) / 2
-        level = (face.width - 1.8 * border, border, 0.98 * BOARD)
-        b.box(part, style.front, middle + vec(x, 0, 0), (border, face.height, BOARD))
-        b.box(part, style.front, middle + y * UP, level)
-
-
-def _glazing(b: Builder, style: Joinery, face: Bay) -> None:
-    """Add a glass door with bars."""
-    middle = vec(face.x, face.y, face.front + BOARD / 2)
-    border = min(0.05, 0.15 * face.width)
-    _frame(b, "door", style, face, border)
-    width, height = face.width - 1.9 * border, face.height - 1.9 * border
-    b.box("door", style.glass, middle, (width, height, 0.005))
-    if style.panel in ("frame", "raised"):
-        for y in np.linspace(-0.5, 0.5, 2 + round(height / 0.3))[1:-1] * height:
-            b.box("door", style.front, middle + y * UP, (width, 0.014, 0.012))
-    if style.panel == "raised":
-        b.box("door", style.front, middle, (0.014, height, 0.012))
-
-
-def grip(b: Builder, style: Joinery, at: Triple, length: float, upright: bool) -> None:
-    """Add a handle at the point `at` of a front: a bar or bow of `length`, a knob or a slot."""
-    center, along = np.asarray(at, float), length * (UP if upright else vec(1, 0, 0))
-    if style.grip == "knob":
-        b.lathe("handle", style.handle, _KNOB, center, segments=10, turn=lean(-90))
-    elif style.grip == "slot":
-        size = (0.016, length, 0.006) if upright else (length, 0.016, 0.006)
-        b.box("handle", style.handle, center, size)
-    elif style.grip == "bow":
-        (start, end), out = (center - 0.35 * along, center + 0.35 * along), vec(0, 0, -0.035)
-        path = bend([start, start + out, end + out, end], 0.03, 2)
-        b.tube("handle", style.handle, path, 0.006, segments=6)
-    elif style.grip == "bar":
-        out = vec(0, 0, -0.03)
-        for foot in (center - 0.36 * along, center + 0.36 * along):
-            b.cylinder("handle", style.handle, foot, foot + out, 0.005, segments=6)
-        start, end = center + out - 0.5 * along, center + out + 0.5 * along
-        b.cylinder("handle", style.handle, start, end, 0.008, segments=8)
+    inner = width - 2 * t, height - 2 * t
+    return Bay(b, style, x, bottom + height / 2, *inner, front, depth - 0.012)
