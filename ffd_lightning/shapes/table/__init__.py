@@ -1,7 +1,5 @@
 """Tables: what they are for, an outline, a top, what carries it, what is below it and on it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
