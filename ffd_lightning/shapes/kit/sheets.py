@@ -1,4 +1,4 @@
-"""What is bent out of one piece: curved sheets and arcs."""
+"""What is bent: curved sheets, arcs, and all that a builder is given."""
 
 from __future__ import annotations
 
