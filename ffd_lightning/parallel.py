@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
 from typing import TypeVar
 
 _Item = TypeVar("_Item")
@@ -26,24 +25,15 @@ def in_threads(
     waits for the items in work and no more. Meanwhile torch has one thread, in every thread; so
     there must not be two calls at once.
     """
-    with _one_thread(), ThreadPoolExecutor(workers, thread_name_prefix="worker") as pool:
-        pending = {pool.submit(function, item): item for item in items}
-        try:
-            for future in as_completed(pending):
-                yield pending.pop(future), future.result()
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Keep torch to one thread, as several at once would each start as many as there are cores."""
     import torch  # here: workers of the preparation need this module, and no torch
 
+    pool = ThreadPoolExecutor(workers, thread_name_prefix="worker")
     threads = torch.get_num_threads()
     torch.set_num_threads(1)  # for this thread, and all that start later
     try:
-        yield
+        pending = {pool.submit(function, item): item for item in items}
+        for future in as_completed(pending):
+            yield pending.pop(future), future.result()
     finally:
+        pool.shutdown(cancel_futures=True)
         torch.set_num_threads(threads)

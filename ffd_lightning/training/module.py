@@ -190,18 +190,13 @@ class FfdModule(LightningModule):
     on_predict_start = on_test_start
 
     def on_validation_epoch_end(self) -> None:
-        """Log means over all validation shapes."""
-        self._log_scores("val")
-
-    def on_test_epoch_end(self) -> None:
-        """Log means over all test shapes."""
-        self._log_scores("test")
-
-    def _log_scores(self, subset: str) -> None:
+        """Log means over all validation, or test, shapes."""
         self.scores = self.scoring.compute()
         self.scoring.reset()
-        summary = self.scores.summary()
+        summary, subset = self.scores.summary(), "test" if self.trainer.testing else "val"
         self.log_dict({f"{subset}/{n}": summary[n] for n in _LOGGED}, sync_dist=True)
+
+    on_test_epoch_end = on_validation_epoch_end
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Add what makes the checkpoint of use without the data, if all in it is finite."""
