@@ -84,16 +84,8 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
     )
 
 
-def _seen(cfg: Any) -> tuple[tuple[int, int], int, tuple[int, int]]:
-    """Return the size of images, by how much they are shrunk, and what the encoder sees."""
-    size = (cfg.data.render.height, cfg.data.render.width)
-    shrink = max(1, size[0] // (cfg.network.seen_height or size[0]))
-    return size, shrink, shrunk_size(size, shrink)
-
-
-def build_encoder(cfg: Any) -> ImageEncoder:
-    """Return the encoder with its first weights; `cfg` has `encoder`, `data` and `network`."""
-    size = _seen(cfg)[2]
+def build_encoder(cfg: TrainConfig, size: tuple[int, int]) -> ImageEncoder:
+    """Return the encoder of images of a size, with its first weights."""
     momentum = cfg.network.batch_norm_momentum
     encoder = _built(cfg.encoder, ImageEncoder, image_size=size, batch_norm_momentum=momentum)
     load_first_weights(encoder, cfg.encoder.first_weights)
@@ -111,11 +103,12 @@ def build_encoder(cfg: Any) -> ImageEncoder:
 
 def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
     """Return the network, weights drawn from torch's global seed."""
-    image_size, shrink, _ = _seen(cfg)
     render = cfg.data.render
+    size = (render.height, render.width)
+    shrink = max(1, size[0] // (cfg.network.seen_height or size[0]))
     network = TemplateFfdNetwork(
-        build_encoder(cfg),
-        image_size=image_size,
+        build_encoder(cfg, shrunk_size(size, shrink)),
+        image_size=size,
         num_templates=cfg.templates.count,
         num_control_points=num_control_points(cfg.network.degrees),
         bottleneck=cfg.network.bottleneck,

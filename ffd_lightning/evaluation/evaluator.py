@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ffd_lightning.data.preparation.prepared import digest_of
 from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.evaluation import summaries
 from ffd_lightning.evaluation.candidates import (
     CANDIDATES,
     Candidate,
@@ -37,12 +38,6 @@ from ffd_lightning.evaluation.samples import (
     predict_in_chunks,
     score_all,
     score_sample,
-)
-from ffd_lightning.evaluation.summaries import (
-    means,
-    selection_summary,
-    template_ranking,
-    without_twins,
 )
 from ffd_lightning.files import lock_folder, read_json, write_atomic, write_csv
 from ffd_lightning.nn.network import TemplateFfdNetwork
@@ -129,12 +124,13 @@ def evaluate(
     evaluated = with_labels(evaluated, protocol, options.references)
     with lock_folder(folder, f"another process evaluates into {folder}: wait for it"):
         partial, key = folder / "samples.partial", digest_of(settings)
-        with Journal(partial, key, options.restart) as journal:
-            table, prediction = _score(evaluated, protocol, journal, settings, folder, options)
+        journal = Journal(partial, key, options.restart)
+        table, prediction = _score(evaluated, protocol, journal, settings, folder, options)
         counts = np.bincount(prediction.selected, minlength=len(evaluated.bank))
-        summary = {**means(table), **selection_summary(counts), "num_samples": float(len(table))}
-        summary |= without_twins(table, [metric.name for metric in protocol.metrics])
-        ranking = template_ranking(evaluated.bank, [prediction])
+        summary = {**summaries.means(table), **summaries.selection_summary(counts)}
+        summary["num_samples"] = float(len(table))
+        summary |= summaries.without_twins(table, [metric.name for metric in protocol.metrics])
+        ranking = summaries.template_ranking(evaluated.bank, [prediction])
         content = {
             **summary,
             "protocol": ProtocolDescription.of(protocol).to_json(),
@@ -273,7 +269,8 @@ def _reference_rows(
         place = options.shared  # else it is another user's
     place.mkdir(parents=True, exist_ok=True)
     file, lock = (place / name for name in names)
-    with FileLock(lock), Journal(file, key, options.restart) as journal:
+    with FileLock(lock):
+        journal = Journal(file, key, options.restart)
         if samples.keys() <= journal.rows.keys():
             return {name: journal.rows[name, 0] for name, _ in samples}
         free = NetworkFree(bank, evaluated.trained_on, options.seed)

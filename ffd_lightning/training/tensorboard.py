@@ -9,7 +9,7 @@ import torch
 from lightning import Trainer
 from lightning.pytorch.loggers import TensorBoardLogger
 from matplotlib import colormaps
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from PIL import Image
 from torch import Tensor
 from torch.utils.tensorboard import SummaryWriter
@@ -138,33 +138,22 @@ def selection_bars(
     return joined([head, legend(colors, head.width, _FONT), bars])
 
 
-def distance_colors(a: Tensor, b: Tensor) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Colour the points of two clouds by the distance to the nearest point of the other.
-
-    Clouds are (n, 3) and (m, 3), of box diagonal 1; RGB of both is returned, uint8 of the same
-    shapes: from blue (no distance) to orange (0.05 and more).
-    """
-    nearest = nearest_neighbors(a, b)
-    return _colors(nearest.a_to_b), _colors(nearest.b_to_a)
-
-
-def _colors(squared: Tensor) -> NDArray[np.uint8]:
-    shade = _FAR_SHADE * np.minimum(squared.sqrt().numpy() / _FAR, 1)
-    return np.round(255 * colormaps["plasma"](shade)[:, :3]).astype(np.uint8)
-
-
 def write_clouds(
     writer: SummaryWriter, tag: str, pairs: Sequence[tuple[Tensor, Tensor]], step: int
 ) -> None:
     """Write deformed clouds, each with the truth to its right, below one another to the page MESH.
 
     All in one scene, as browsers keep few scenes alive. The first deformed cloud stays where it is.
-    Colours: `distance_colors`.
+    Clouds are (n, 3) and (m, 3), of box diagonal 1. Their points are coloured by the distance to
+    the nearest point of the other: from blue (no distance) to orange (0.05 and more).
     """
     clouds = [cloud for pair in pairs for cloud in pair]
     corners = torch.stack([torch.stack([c.amin(0), c.amax(0)]) for c in clouds])
     cell = corners[:, 1].amax(0) - corners[:, 0].amin(0) + _GAP
     places = [cell * cell.new_tensor([k % 2, -(k // 2), 0]) for k in range(len(clouds))]
     points = torch.cat([cloud + place for cloud, place in zip(clouds, places, strict=True)])
-    colors = np.concatenate([color for a, b in pairs for color in distance_colors(a, b)])
+    nearest = [nearest_neighbors(a, b) for a, b in pairs]
+    squared = torch.cat([both for found in nearest for both in (found.a_to_b, found.b_to_a)])
+    shade = _FAR_SHADE * np.minimum(squared.sqrt().numpy() / _FAR, 1)
+    colors = np.round(255 * colormaps["plasma"](shade)[:, :3]).astype(np.uint8)
     writer.add_mesh(tag, points[None], torch.from_numpy(colors)[None], None, _SCENE, step)

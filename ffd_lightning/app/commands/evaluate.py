@@ -159,10 +159,8 @@ def _of_set(other: PreparedSet, data: FfdDataModule) -> Subset:
     known = {*data.split.train, *data.split.val}
     if seen := sum(ids[row] in known for row in rows):
         log.warning(
-            "%d of %d shapes have ids of shapes that the run was trained or validated on: such "
-            "scores say nothing of new shapes",
-            seen,
-            len(rows),
+            f"{seen} of {len(rows)} shapes have ids of shapes that the run was trained or "
+            "validated on: such scores say nothing of new shapes"
         )
     return Subset(other, np.asarray(rows, np.int64))
 

@@ -177,10 +177,8 @@ class ProtocolDescription:
         Raises:
             ConfigError: the protocol has none of this name.
         """
-        for metric in self.metrics:
-            if metric.name == name:
-                return metric
-        raise ConfigError(
-            f"protocol {self.name} has no metric {name!r}: choose one of "
-            f"{', '.join(m.name for m in self.metrics)}"
-        )
+        found = {metric.name: metric for metric in self.metrics}
+        if name not in found:
+            there = ", ".join(found)
+            raise ConfigError(f"protocol {self.name} has no metric {name!r}: choose one of {there}")
+        return found[name]

@@ -143,10 +143,8 @@ def check_templates(bank: TemplateBank) -> None:
         raise DataError(f"protocol parts: none of the templates has part labels: {_WAY_OUT}")
     if without:
         log.warning(
-            "%d of %d templates have no part labels, so all that they transfer counts as wrong: %s",
-            len(without),
-            len(bank),
-            ", ".join(without),
+            f"{len(without)} of {len(bank)} templates have no part labels, so all that they "
+            f"transfer counts as wrong: {', '.join(without)}"
         )
 
 
