@@ -128,7 +128,6 @@ class CategoryConfig:
     members: list[str] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a name that is no folder's."""
         if Path(self.name).name != self.name:
             raise ValueError(f"name={self.name} must be the name of a folder, not a path")
 

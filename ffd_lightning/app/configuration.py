@@ -55,9 +55,6 @@ RENAMED: dict[str, str] = {
 """Settings of earlier versions, and what does the same now."""
 
 
-# --- what signatures say --------------------------------------------------------------------------
-
-
 def label_of(kind: str) -> str:
     """Return the key under which a configuration names the component of a group."""
     return "term" if kind == "term" else "name"
@@ -99,9 +96,6 @@ def _places(schema: type[Any]) -> Iterator[tuple[str, str]]:
     """Yield place and kind of the components that a command chooses."""
     fields = settings_of(schema)
     yield from ((w, k) for w, k in {**GROUPS, **LISTS}.items() if w.split(".")[0] in fields)
-
-
-# --- from composed to typed -----------------------------------------------------------------------
 
 
 def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> _Config:
@@ -168,9 +162,6 @@ def _mapping(where: str, node: Any) -> dict[str, Any]:
     raise ConfigError(f"{where}={node} is a group: write {group}={node}, without spaces")
 
 
-# --- and back -------------------------------------------------------------------------------------
-
-
 def content(node: Any) -> Any:
     """Return typed settings as plain values, as `config.yaml` keeps them."""
     if isinstance(node, Component):
@@ -202,9 +193,6 @@ def flat(node: Any, prefix: str = "") -> dict[str, Any]:
 def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
     """Return the names of settings that are not equal, or not in both."""
     return [k for k in sorted({*before, *after}) if before.get(k) != after.get(k)]
-
-
-# --- overrides ------------------------------------------------------------------------------------
 
 
 def config_folder(name: str = "conf") -> Path:
@@ -286,9 +274,6 @@ def jobs(sweep: Sequence[str]) -> list[list[str]]:
     plain = [override for override in parsed if not isinstance(override.value(), Glob)]
     (batch,) = BasicSweeper.split_arguments(plain, None)
     return [list(job) for job in batch]
-
-
-# --- commands that Hydra runs ---------------------------------------------------------------------
 
 
 def prepare_hydra(schema: type[Any], arguments: Sequence[str]) -> None:

@@ -94,7 +94,6 @@ def _option_files(group: str, folders: Sequence[Path]) -> list[Path]:
 
 
 def _first_comment(file: Path) -> str:
-    """Return what an option's file says of itself, in its first lines."""
     lines = takewhile(lambda x: x.startswith("#"), file.read_text("utf-8").splitlines())
     # A line such as `# @package _global_` is for Hydra.
     return " ".join(line.lstrip("# ") for line in lines if not line.startswith("# @"))

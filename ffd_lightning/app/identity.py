@@ -83,9 +83,6 @@ def to_yaml(cfg: TrainConfig) -> str:
     return OmegaConf.to_yaml(OmegaConf.create(content(cfg)))
 
 
-# --- names of folders ----------------------------------------------------------------------------
-
-
 def run_folder(_root_: DictConfig) -> str:
     """Return a run's folder below its experiment's: `<category>/<regime>/<templates>/seed<k>...`.
 

@@ -41,7 +41,6 @@ class Bounds:
     log: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what holds no value."""
         if not (0 if self.log else -math.inf) < self.low < self.high < math.inf:
             above = "above 0 and " if self.log else ""
             raise ValueError(f"low={self.low:g} must be {above}below high={self.high:g}")
@@ -57,7 +56,6 @@ class Search:
     measure: str = "chamfer"
 
     def __post_init__(self) -> None:
-        """Refuse a search for nothing."""
         if not self.parameters:
             raise ValueError("parameters must name settings and their bounds")
 
@@ -87,7 +85,6 @@ class Study:
     beside_paper: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse what says twice what to do, or nothing."""
         if bool(self.stages) == (self.search is not None):
             raise ValueError("give either stages or a search")
 
@@ -163,9 +160,6 @@ def value_of(key: str, overrides: Iterable[str], default: str) -> str:
     """Return what overrides say of a key."""
     values = [x.split("=", 1)[1] for x in overrides if x.startswith(f"{key}=")]
     return values[-1] if values else default
-
-
-# --- before anything runs -------------------------------------------------------------------------
 
 
 def check_study(

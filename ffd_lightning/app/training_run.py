@@ -179,9 +179,6 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     return summary
 
 
-# --- what training and `ffd evaluate` have in common ----------------------------------------------
-
-
 def evaluated(
     cfg: TrainConfig | EvaluateConfig,
     network: TemplateFfdNetwork,
@@ -216,9 +213,6 @@ def evaluation_options(
 
 def _evaluation_folder(run: RunFolder, cfg: TrainConfig) -> Path:
     return run.evaluation(identity.evaluation_name(cfg), cfg.evaluation.subset)
-
-
-# --- parts of a training --------------------------------------------------------------------------
 
 
 def _record(cfg: TrainConfig) -> dict[str, Any]:
@@ -289,7 +283,6 @@ def _rank_templates(
 
 
 def _fit(trainer: Trainer, module: FfdModule, data: FfdDataModule, checkpoint: Path | None) -> None:
-    """Train, from a checkpoint on if there is one."""
     with warnings.catch_warnings():
         for text in _NOISE:
             warnings.filterwarnings("ignore", f".*{text}.*")

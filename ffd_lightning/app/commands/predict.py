@@ -350,9 +350,6 @@ def _line(job: Job, content: dict[str, Any]) -> str:
     return f"{job.image}: {found} -> {job.folder}"
 
 
-# --- which photographs ----------------------------------------------------------------------------
-
-
 def find_jobs(image: str | Sequence[str], mask: str | None, out: Path) -> list[Job]:
     """Return the photographs that `image` names, sorted within a folder or pattern."""
     entries = [image] if isinstance(image, str) else image

@@ -69,7 +69,6 @@ class PartProtocol(Protocol):
 
 
 def _known(cloud: PartCloud) -> PartCloud:
-    """Return the points of a cloud whose part is known."""
     known = cloud.labels != UNKNOWN_PART
     return PartCloud(cloud.points[known], cloud.labels[known], cloud.names)
 
