@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from typing import Any
 
 import torch
@@ -19,14 +18,7 @@ class SharedBatchStatistics(TorchFunctionMode):
     have batch norms of their own. Every device must have equally many images.
     """
 
-    def __torch_function__(
-        self,
-        func: Callable[..., Any],
-        types: Iterable[type],
-        args: tuple[Any, ...] = (),
-        kwargs: dict[str, Any] | None = None,
-    ) -> Any:
-        """Call a function of torch, or what stands for it here."""
+    def __torch_function__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
         function = _batch_norm if func is functional.batch_norm else func
         return function(*args, **(kwargs or {}))
 

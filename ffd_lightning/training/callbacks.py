@@ -199,8 +199,7 @@ class TemplateSelection(Callback):
             writer.add_image("which_template/all", figure, step, dataformats="HWC")
         image = np.asarray(selection_bars(scores.counts, scores.weights.mean(0), self._pictures))
         writer.add_image("which_template/bars", image, step, dataformats="HWC")
-        numbers = np.arange(len(shares) + 1) + 0.5
-        write_histogram(writer, "which_template/selected", shares, numbers, step)
+        write_histogram(writer, "which_template/selected", shares, step)
 
 
 class Reconstructions(Callback):

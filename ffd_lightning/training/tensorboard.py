@@ -86,22 +86,20 @@ def tensorboard_writer(trainer: Trainer) -> SummaryWriter | None:
     return writer if isinstance(writer, SummaryWriter) else None
 
 
-def write_histogram(
-    writer: SummaryWriter, tag: str, heights: ArrayLike, edges: ArrayLike, step: int
-) -> None:
-    """Write a histogram of given heights (n,) between given edges (n + 1,)."""
-    heights, edges = np.array(heights, float), np.asarray(edges, float)
+def write_histogram(writer: SummaryWriter, tag: str, heights: ArrayLike, step: int) -> None:
+    """Write a histogram of the numbers from 1 to n, of given heights (n,)."""
+    heights = np.array(heights, float)
     # TensorBoard cuts empty buckets off at both ends, and stretches what is left over their place.
     heights[[0, -1]] = np.maximum(heights[[0, -1]], _ALMOST_NOTHING)
-    centers = (edges[1:] + edges[:-1]) / 2
+    centers = np.arange(len(heights)) + 1.0
     writer.add_histogram_raw(
         tag,
-        min=edges[0],
-        max=edges[-1],
+        min=0.5,
+        max=len(heights) + 0.5,
         num=heights.sum(),
         sum=(heights * centers).sum(),
         sum_squares=(heights * centers**2).sum(),
-        bucket_limits=edges[1:].tolist(),
+        bucket_limits=(centers + 0.5).tolist(),
         bucket_counts=heights.tolist(),
         global_step=step,
     )
