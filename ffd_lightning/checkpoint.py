@@ -222,8 +222,7 @@ def load_model(checkpoint: Path) -> TrainedModel:
         render = RenderSettings(**content["render"])
         categories, record = tuple(content["categories"]), dict(content["record"])
         encoder = None if content["encoder"] is None else Component(**content["encoder"])
-        sizes = dict(content["network"])
-        sizes["heads"] = Component(**content["heads"])
+        sizes = {**content["network"], "heads": Component(**content["heads"])}
         sizes["image_size"] = tuple(sizes["image_size"])
     except Exception as error:  # whatever a file of another version lacks
         reason = str(error).split("\n")[0]

@@ -7,7 +7,7 @@ import os
 import shutil
 import time
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -177,17 +177,13 @@ class RunFolder:
     @property
     def at_work(self) -> bool:
         """Whether a process trains this run right now."""
-        lock = FileLock(self.path / ".lock")
+        lock = self.path / ".lock"
         try:
             # Not made where it is missing: looking must not change a folder.
-            if not (self.path / ".lock").exists():
+            with FileLock(lock).acquire(timeout=0) if lock.exists() else nullcontext():
                 return False
-            with lock.acquire(timeout=0):
-                return False
-        except Timeout:
-            return True
-        except OSError:
-            return False
+        except OSError as error:
+            return isinstance(error, Timeout)
 
     def lock(self) -> AbstractContextManager[object]:
         """Take the run for this process, to train it; see `lock_folder`."""

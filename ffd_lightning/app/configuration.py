@@ -125,10 +125,8 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
         group[key] = {name: choose(kind, x, f"{where}.{name}", provided) for name, x in labelled}
         chosen += group[key].values()
     if "provided" in settings_of(schema):
-        foreign = {f"{x.kind} {x.name}": x.provider for x in chosen if x.provider != OWN}
-        plain["provided"] = foreign
-    found: _Config = components.build(schema, plain, "")
-    return found
+        plain["provided"] = {f"{x.kind} {x.name}": x.provider for x in chosen if x.provider != OWN}
+    return components.build(schema, plain, "")
 
 
 def choose(kind: str, node: Any, where: str, provided: Mapping[str, str] = {}) -> Component:

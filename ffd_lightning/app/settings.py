@@ -38,8 +38,7 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
         if value == "":
             raise ConfigError(f"{key}= is empty: give a value, or leave it out")
         given[key] = read_value(value, known.get(key, Setting(str)).hint)
-    settings: _Settings = components.build(schema, given, "")
-    return settings
+    return components.build(schema, given, "")
 
 
 def read_options(

@@ -30,8 +30,7 @@ class SweepEnd(Callback):
     this, and two may have the same run folder: each writes a file of how it ended.
     """
 
-    def __init__(self) -> None:
-        self._ends: Path | None = None  # of a single run there is none
+    _ends: Path | None = None  # of a single run there is none
 
     def on_multirun_start(self, config: DictConfig, **_: Any) -> None:
         """Make the place for the jobs' files."""

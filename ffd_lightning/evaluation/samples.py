@@ -103,8 +103,7 @@ def predict(
         features = network.features(torch.from_numpy(images).permute(0, 3, 1, 2).to(device))
         prediction = network.predict(features, torch.from_numpy(masks).to(device))
         unit = normalize(features.flatten(1).float(), dim=1)
-        seen = prediction.viewpoint
-        seen = unit[:, :0] if seen is None else seen
+        seen = unit[:, :0] if prediction.viewpoint is None else prediction.viewpoint
         outputs = prediction.template_weights, prediction.offsets, unit, seen
         return [output.float().cpu().numpy() for output in outputs]
 

@@ -116,9 +116,8 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     subset: str = cfg.evaluation.subset
     if not run.is_of_data(opened.data.sources):
         log.warning(
-            "shapes of %s have changed since it was trained, in their files or in how these are "
-            "read: the scores are kept beside those of its own",
-            run.path,
+            f"shapes of {run.path} have changed since it was trained, in their files or in how "
+            "these are read: the scores are kept beside those of its own"
         )
         changed = opened.data.prepared.digest[:_DIGITS]
         subset = f"data-{changed}_{subset}".removesuffix("_test")
