@@ -14,10 +14,10 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.ffd import deform
+from ffd_lightning.geometry.ffd import Degrees, deform, lattice_edges
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
-from ffd_lightning.imaging.grid import Picture, grid, text_width
+from ffd_lightning.imaging.grid import Color, Picture, grid, text_width
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
@@ -30,6 +30,10 @@ _OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1],
 _OCTAHEDRON_FACES = np.array(
     [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
 )
+_BAR = [[k, (k + 1) % 3, 3 + k] for k in range(3)]  # corners 0 to 2, then 3 to 5
+_BAR += [[3 + k, (k + 1) % 3, 3 + (k + 1) % 3] for k in range(3)]
+_LATTICE, _POINT = (110, 116, 132), (30, 34, 46)
+_LINE_RADIUS, _POINT_RADIUS = 0.0035, 0.011
 
 
 @dataclass(frozen=True)
@@ -104,6 +108,55 @@ def cloud_mesh(
         # The lightest of viridis would be lost on white.
         colors = np.round(255 * colormaps["viridis"](0.85 * shade)).astype(np.uint8)
     return Mesh(vertices, faces, np.repeat(colors, len(_OCTAHEDRON_FACES), axis=0))
+
+
+def painted(surface: tuple[NDArray[np.float64], NDArray[np.int64]], color: Color) -> Mesh:
+    """Return a surface, vertices (V, 3) and faces (F, 3), all of one colour."""
+    vertices, faces = surface
+    return Mesh(vertices, faces, rgba([color] * len(faces)))
+
+
+def rgba(colors: Sequence[Color] | NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return colours, (n, 3), as opaque ones, (n, 4) uint8."""
+    plain = np.asarray(colors, np.uint8).reshape(-1, 3)
+    return np.insert(plain, 3, 255, axis=1)
+
+
+def united(meshes: Sequence[Mesh]) -> Mesh:
+    """Return meshes without textures as one."""
+    first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + k for mesh, k in zip(meshes, first, strict=True)]),
+        np.concatenate([mesh.face_colors for mesh in meshes]),
+    )
+
+
+def bars(ends: NDArray[np.float64], radius: float, color: Color) -> Mesh:
+    """Return straight lines as thin three-sided bars, all equally thick.
+
+    Args:
+        ends: of the lines, (n, 2, 3); a line without length has no bar.
+        radius: of a bar, from its middle to its corners.
+        color: of the bars.
+    """
+    along = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    ends, along = ends[length > 0], along[length > 0] / length[length > 0, None]
+    # Crossed with the axis that is least along the edge, so that the product is never near zero.
+    across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    turns = 2 * np.pi / 3 * np.arange(3)[:, None]
+    ring = np.cos(turns) * across[:, None] + np.sin(turns) * np.cross(along, across)[:, None]
+    corners = (ends[:, :, None] + radius * ring[:, None]).reshape(-1, 3)
+    faces = (6 * np.arange(len(ends))[:, None, None] + np.array(_BAR)).reshape(-1, 3)
+    return painted((corners, faces), color)
+
+
+def lattice_mesh(points: NDArray[np.float64], degrees: Degrees) -> Mesh:
+    """Return control points, (M, 3), as dots, and lines between neighbours."""
+    dots = cloud_mesh(points, _POINT_RADIUS, rgba([_POINT] * len(points)))
+    return united([dots, bars(points[lattice_edges(degrees)], _LINE_RADIUS, _LATTICE)])
 
 
 def reconstruction_figure(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from trimesh.visual.material import PBRMaterial
 
-from ffd_lightning.geometry.ffd import Degrees, lattice_edges
+from ffd_lightning.evaluation.figures import lattice_mesh
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.inference.pieces import MeshColors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
@@ -20,7 +20,6 @@ OBJ_TEXTURES = "mesh-texture-*.png"
 
 _PALETTE = 64  # colours of one mesh
 _BEFORE, _AFTER = (150, 150, 150, 255), (214, 39, 40, 255)
-_BAR, _KNOT = 0.002, 0.007  # half the widths in the lattice's drawing, in template units
 
 
 def mesh_scene(surface: Mesh, colors: MeshColors, linear: bool = True) -> trimesh.Scene:
@@ -74,30 +73,10 @@ def lattice_scene(reconstruction: Reconstruction) -> trimesh.Scene:
     after = before + reconstruction.offsets[index]
     result = trimesh.Scene()
     for name, points, color in (("before", before, _BEFORE), ("after", after, _AFTER)):
-        cage = _cage(points, bank.degrees)
+        lattice = lattice_mesh(points.astype(float), bank.degrees)
+        cage = trimesh.Trimesh(lattice.vertices, lattice.faces, process=False)
         cage.visual = trimesh.visual.TextureVisuals(
             material=PBRMaterial(name=name, baseColorFactor=_linear(color), roughnessFactor=0.9)
         )
         result.add_geometry(cage, node_name=name, geom_name=name)
     return result
-
-
-def _cage(points: NDArray[np.float32], degrees: Degrees) -> trimesh.Trimesh:
-    """Draw control points (M, 3) as cubes, and the edges between them as square bars."""
-    ends = points[lattice_edges(degrees)].astype(float)
-    ends = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > 1e-6]  # none of a flat lattice
-    knots = points[:, None] + np.array([(0, 0, -_KNOT), (0, 0, _KNOT)])
-    vertices = np.concatenate([_bars(ends, _BAR), _bars(knots, _KNOT)])
-    faces = 8 * np.arange(len(vertices))[:, None, None] + trimesh.creation.box().faces
-    return trimesh.Trimesh(vertices.reshape(-1, 3), faces.reshape(-1, 3), process=False)
-
-
-def _bars(ends: NDArray[np.float64], half: float) -> NDArray[np.float64]:
-    """Return the corners of square bars between ends (n, 2, 3): (n, 8, 3), in trimesh's order."""
-    along = (ends[:, 1] - ends[:, 0])[:, :, None]
-    axes = np.linalg.qr(along, mode="complete").Q  # the first is along the bar, or against it
-    axes[..., 2] *= np.linalg.det(axes)[:, None]  # no mirror images: faces would be inside out
-    axes[..., 0] *= np.linalg.norm(along, axis=1) / 2
-    axes[..., 1:] *= half
-    corners = np.sign(trimesh.creation.box().vertices) @ axes.swapaxes(1, 2)
-    return np.asarray(ends.mean(axis=1)[:, None] + corners)

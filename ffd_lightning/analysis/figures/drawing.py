@@ -1,4 +1,4 @@
-"""What the paper's figures are drawn with: voxels, edges and lines as meshes."""
+"""What the paper's figures are drawn with: voxels as meshes, and edges of meshes."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ffd_lightning.evaluation.figures import bars, rgba, united
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.grid import Color
 
@@ -20,57 +21,12 @@ _SIDES = np.array([np.insert(_AROUND, axis, end, axis=1) for axis in range(3) fo
 _BESIDE = np.array(
     [(2 * end - 1) * np.eye(3, dtype=int)[axis] for axis in range(3) for end in (0, 1)]
 )
-_BAR = [[k, (k + 1) % 3, 3 + k] for k in range(3)]  # corners 0 to 2, then 3 to 5
-_BAR += [[3 + k, (k + 1) % 3, 3 + (k + 1) % 3] for k in range(3)]
-
-
-def painted(surface: tuple[NDArray[np.float64], NDArray[np.int64]], color: Color) -> Mesh:
-    """Return a surface, vertices (V, 3) and faces (F, 3), all of one colour."""
-    vertices, faces = surface
-    return Mesh(vertices, faces, rgba([color] * len(faces)))
-
-
-def rgba(colors: Sequence[Color] | NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return colours, (n, 3), as opaque ones, (n, 4) uint8."""
-    plain = np.asarray(colors, np.uint8).reshape(-1, 3)
-    return np.insert(plain, 3, 255, axis=1)
-
-
-def united(meshes: Sequence[Mesh]) -> Mesh:
-    """Return meshes without textures as one."""
-    first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
-    return Mesh(
-        np.concatenate([mesh.vertices for mesh in meshes]),
-        np.concatenate([mesh.faces + k for mesh, k in zip(meshes, first, strict=True)]),
-        np.concatenate([mesh.face_colors for mesh in meshes]),
-    )
 
 
 def with_bars(mesh: Mesh, radius: float, color: Color) -> Mesh:
     """Return a mesh without textures with a bar along each of its edges; see `bars`."""
     pairs = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     return united([mesh, bars(mesh.vertices[np.unique(pairs, axis=0)], radius, color)])
-
-
-def bars(ends: NDArray[np.float64], radius: float, color: Color) -> Mesh:
-    """Return straight lines as thin three-sided bars, all equally thick.
-
-    Args:
-        ends: of the lines, (n, 2, 3); a line without length has no bar.
-        radius: of a bar, from its middle to its corners.
-        color: of the bars.
-    """
-    along = ends[:, 1] - ends[:, 0]
-    length = np.linalg.norm(along, axis=1)
-    ends, along = ends[length > 0], along[length > 0] / length[length > 0, None]
-    # Crossed with the axis that is least along the edge, so that the product is never near zero.
-    across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
-    across /= np.linalg.norm(across, axis=1, keepdims=True)
-    turns = 2 * np.pi / 3 * np.arange(3)[:, None]
-    ring = np.cos(turns) * across[:, None] + np.sin(turns) * np.cross(along, across)[:, None]
-    corners = (ends[:, :, None] + radius * ring[:, None]).reshape(-1, 3)
-    faces = (6 * np.arange(len(ends))[:, None, None] + np.array(_BAR)).reshape(-1, 3)
-    return painted((corners, faces), color)
 
 
 def with_rims(mesh: Mesh, width: float, shade: float, square: bool = False) -> Mesh:

@@ -13,28 +13,25 @@ import torch
 from numpy.typing import NDArray
 from PIL import Image
 
-from ffd_lightning.analysis.figures.drawing import (
-    bars,
-    painted,
-    rgba,
-    united,
-    voxel_mesh,
-    with_bars,
-    with_rims,
-)
+from ffd_lightning.analysis.figures.drawing import voxel_mesh, with_bars, with_rims
 from ffd_lightning.analysis.figures.examples import Example, score_text
 from ffd_lightning.analysis.naming import run_labels
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.figures import (
     View,
+    bars,
     cloud_mesh,
     draw,
     fitting_scale,
+    lattice_mesh,
+    painted,
     reconstruction_row,
+    rgba,
+    united,
 )
 from ffd_lightning.evaluation.protocols import PaperProtocol
-from ffd_lightning.geometry.ffd import Degrees, deform, deformation_matrix, lattice_edges
+from ffd_lightning.geometry.ffd import deform, deformation_matrix
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import Color, Picture, grid, joined, legend
@@ -47,8 +44,6 @@ CLOUD: Color = (40, 88, 152)
 TRUTH: Color = (216, 172, 104)
 FACE: Color = (222, 230, 240)
 EDGE: Color = (24, 28, 40)
-LATTICE: Color = (110, 116, 132)
-POINT: Color = (30, 34, 46)
 OFFSET: Color = (230, 120, 0)
 AGREEMENT: dict[str, Color] = {
     "in both": (170, 170, 170),
@@ -56,7 +51,7 @@ AGREEMENT: dict[str, Color] = {
     "only in the prediction (false positive)": (0, 114, 178),
 }
 
-_EDGE_RADIUS, _LINE_RADIUS, _OFFSET_RADIUS, _POINT_RADIUS = 0.0025, 0.0035, 0.004, 0.011
+_EDGE_RADIUS, _OFFSET_RADIUS = 0.0025, 0.004
 _RIM, _RIM_SHADE = 0.05, 0.11
 _HIDDEN = 0.3  # how much of a line is seen through the mesh in front of it
 _SMALLEST = 0.6  # of the other pictures' scale: no further do those of wide lattices shrink
@@ -96,12 +91,6 @@ def method(example: Example, view: View, count: int) -> list[Cell]:
         Cell("deformed mesh", moved, example.score),
         _truth(example),
     ]
-
-
-def lattice_mesh(points: NDArray[np.float64], degrees: Degrees) -> Mesh:
-    """Return control points, (M, 3), as dots, and lines between neighbours."""
-    dots = cloud_mesh(points, _POINT_RADIUS, rgba([POINT] * len(points)))
-    return united([dots, bars(points[lattice_edges(degrees)], _LINE_RADIUS, LATTICE)])
 
 
 def with_lattice(mesh: Mesh, lattice: Mesh, view: View, scale: float) -> Picture:

@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from ffd_lightning.analysis.figures.drawing import painted
 from ffd_lightning.analysis.figures.examples import Example, in_order, picked, reconstruct
 from ffd_lightning.analysis.naming import GROUP, differing, name_of, own_names
 from ffd_lightning.analysis.report.meshes import PackedMesh, light_template, lighten, pack
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import number
 from ffd_lightning.errors import DataError, UserError
+from ffd_lightning.evaluation.figures import painted
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera

@@ -56,7 +56,7 @@ from ffd_lightning.progress import CountProgress
 MAIN = "image"
 _PHOTOS = config_folder("examples/photos")
 ALONE = _PHOTOS.is_dir()  # only in a checkout
-FORMAT_VERSION = 7
+FORMAT_VERSION = 8
 """Goes up when the same photograph and settings give other files."""
 
 _SUFFIXES = {".heic", *(x for x, kind in Image.registered_extensions().items() if kind in FORMATS)}
