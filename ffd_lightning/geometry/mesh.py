@@ -75,6 +75,11 @@ class Mesh:
         second += np.einsum("f,fi,fj->ij", areas, sums, sums)
         return np.concatenate([[areas.sum()], areas @ sums / 3, second.ravel() / 12])
 
+    def parts(self) -> NDArray[np.uint8]:
+        """Return the part of each face, (F,), `UNKNOWN_PART` where parts are unknown."""
+        unknown = np.full(len(self.faces), UNKNOWN_PART, np.uint8)
+        return unknown if self.face_parts is None else self.face_parts
+
     def without_textures(self) -> Mesh:
         """Return the same mesh with its plain colours alone."""
         return replace(self, textures=(), face_textures=None, face_uvs=None)

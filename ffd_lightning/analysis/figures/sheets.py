@@ -32,7 +32,7 @@ from ffd_lightning.evaluation.figures import (
 )
 from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.geometry.ffd import deform, deformation_matrix
-from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
+from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import Color, Picture, grid, joined, legend
 from ffd_lightning.metrics.iou import voxel_iou
@@ -192,12 +192,12 @@ def labels(example: Example, view: View, count: int) -> list[Cell]:
         cloud_mesh(cloud.points[:_CLOUD_POINTS], colors=part_colors(cloud.labels[:_CLOUD_POINTS]))
         for cloud in (example.template().labelled_points(), shape.labelled_points())
     )
-    deformed = Mesh(shape.mesh()[0], fine.faces, part_colors(_parts(fine)))
+    deformed = Mesh(shape.mesh()[0], fine.faces, part_colors(fine.parts()))
     return [
         Cell("template cloud", before, _template(example).label),
         Cell("deformed cloud", after),
         Cell("deformed mesh", deformed),
-        Cell("ground truth", Mesh(truth.vertices, truth.faces, part_colors(_parts(truth)))),
+        Cell("ground truth", Mesh(truth.vertices, truth.faces, part_colors(truth.parts()))),
     ]
 
 
@@ -208,12 +208,6 @@ def part_legend(examples: Sequence[Example]) -> dict[str, Color]:
     colors = part_colors(np.arange(len(prepared.part_names), dtype=np.uint8))[:, :3].tolist()
     named = zip(prepared.part_names, colors, strict=True)
     return {name: (red, green, blue) for name, (red, green, blue) in named if name in names}
-
-
-def _parts(mesh: Mesh) -> NDArray[np.uint8]:
-    """Return the part of each face, (F,)."""
-    unknown = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
-    return unknown if mesh.face_parts is None else mesh.face_parts
 
 
 def _template(example: Example, rank: int = 0, heading: str = "template") -> Cell:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
+from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
 
 POINT_STEP = 1 / 65534
@@ -74,9 +74,6 @@ def unpack_camera(packed: NDArray[np.float64]) -> Camera:
 
 def pack_mesh(mesh: Mesh, point_parts: NDArray[np.uint8]) -> bytes:
     """Compress a mesh, and the parts of its cloud's points, (N,); textures lose a little."""
-    parts = mesh.face_parts
-    if parts is None:
-        parts = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
     faces = mesh.faces.astype(np.int32)
     data = io.BytesIO()
     np.savez_compressed(
@@ -85,7 +82,7 @@ def pack_mesh(mesh: Mesh, point_parts: NDArray[np.uint8]) -> bytes:
         # Corners follow each other closely in nearly all files: differences compress well.
         faces=_planes(np.diff(faces.reshape(-1), prepend=np.int32(0))),
         face_colors=_planes(mesh.face_colors),
-        face_parts=parts,
+        face_parts=mesh.parts(),
         point_parts=point_parts,
         part_names=np.array(mesh.part_names, dtype=np.str_),
         **_packed_textures(mesh),

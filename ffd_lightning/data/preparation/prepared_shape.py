@@ -19,7 +19,7 @@ from ffd_lightning.data.preparation.variants import vary
 from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.errors import RejectedShapeError, UserError, explain_unforeseen, is_of_machine
 from ffd_lightning.files import atomic_file
-from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, bounding_box, mean_colors, normalize
+from ffd_lightning.geometry.mesh import Mesh, bounding_box, mean_colors, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.framing import fit_picture
@@ -138,10 +138,8 @@ class ShapeMaker:
             face_parts = label_faces(shape.parts, mesh.vertices, mesh.faces)
             point_parts = label_points(shape.parts, points.astype(np.float64))
             mesh = replace(mesh, face_parts=face_parts, part_names=shape.parts.names)
-        elif mesh.face_parts is not None:
-            point_parts = mesh.face_parts[face_ids]
         else:
-            point_parts = np.full(len(points), UNKNOWN_PART, np.uint8)
+            point_parts = mesh.parts()[face_ids]
         warnings = [line for line in shape.warning.splitlines() if line.strip()]
         # Colours of the textures as they came, then textures as they are kept.
         mesh = shrink_textures(replace(mesh, face_colors=mean_colors(mesh, _DIVISIONS)))

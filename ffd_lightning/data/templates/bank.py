@@ -138,9 +138,7 @@ class TemplateBank:
             rng = np.random.default_rng(0)
             points, faces = sample_stratified(mesh.vertices, mesh.faces, num_points, rng)
             if names:
-                own = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
-                if mesh.face_parts is not None:
-                    own = renumber_parts(mesh.face_parts, mesh.part_names, names)
+                own = renumber_parts(mesh.parts(), mesh.part_names, names)
                 mesh = replace(mesh, face_parts=own, part_names=names)
                 parts.append(own[faces])
             clouds.append(points)
