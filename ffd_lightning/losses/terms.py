@@ -25,17 +25,14 @@ class Prediction(Protocol):
     @property
     def template_weights(self) -> Tensor:
         """Template weights, (q, T)."""
-        ...
 
     @property
     def template_logits(self) -> Tensor:
         """Template logits, (q, T)."""
-        ...
 
     @property
     def offsets(self) -> Tensor:
         """Control point offsets, (q, T, M, 3)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -46,8 +43,7 @@ class StepInput:
     over devices: what the terms give for each share of the queries is added up.
 
     Attributes:
-        prediction: of the network, for q queries and T templates: `template_logits` and
-            `template_weights`, (q, T), and `offsets` of the control points, (q, T, M, 3).
+        prediction: of the network, for q queries and T templates, see `Prediction`.
         target_points: ground truth point clouds, (q, N', 3).
         templates: B of the templates' points, (T, N, M), their control points P, (T, M, 3), and the
             degrees of their lattices.
