@@ -97,7 +97,6 @@ class Table:
         )
 
     def _repr_html_(self) -> str:
-        """Return it for a notebook."""
         return f"<p><b>{escape(self.title)}</b></p>\n{self.html()}"
 
     def markdown(self) -> str:

@@ -85,7 +85,6 @@ class PhotoAugmentation:
     erasing: float = 0.15
 
     def __post_init__(self) -> None:
-        """Refuse what is out of range."""
         ranges = dict.fromkeys(vars(self), "[0, 1]")
         ranges |= dict.fromkeys(("brightness", "saturation", "tint", "scale"), "[0, 3]")
         ranges |= {"hue": "[0, 0.5]", "shift": "[0, 0.5]", "roll": "[0, 45]"}

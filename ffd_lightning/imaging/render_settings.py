@@ -47,7 +47,6 @@ class RenderSettings:
     samples: Annotated[int, Range("(0, inf)")] = 3
 
     def __post_init__(self) -> None:
-        """Refuse no images at all, and a value out of its range."""
         typed(Literal["framed", "authors"], self.camera, "camera")
         # On the command line a side has 32 pixels or more; scripts may want smaller pictures.
         check_ranges(vars(self), height="(0, inf)", width="(0, inf)", samples="(0, inf)")

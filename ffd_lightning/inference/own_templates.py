@@ -293,7 +293,6 @@ def _warn(text: str) -> None:
 
 
 def _warn_of_rejected(rejected: Mapping[str, str]) -> None:
-    """Say which meshes cannot be used."""
     if rejected:
         _warn(f"{counted(len(rejected), 'template')} cannot be used: {some_reasons(rejected)}")
 

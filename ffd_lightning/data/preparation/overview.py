@@ -181,7 +181,6 @@ def _poses(meshes: Sequence[tuple[str, Mesh]], cameras: Sequence[Camera]) -> Ima
 
 
 def _headed(sheet: Image.Image, title: str, note: str) -> Image.Image:
-    """Return a sheet below a title and a note."""
     head = Image.new("RGB", (sheet.width, 60), "white")
     write(head, title, 4, 18, 20)
     write(head, note, 4, 43, 14, color=(110, 118, 128))

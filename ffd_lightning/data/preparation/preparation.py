@@ -286,7 +286,6 @@ def _say(*lines: str) -> None:
 
 
 def _some(failures: Mapping[str, Failure]) -> str:
-    """Return a few of the shapes that failed, and why."""
     return some_reasons({i: failure.reason for i, failure in sorted(failures.items())})
 
 

@@ -308,7 +308,6 @@ class _Place(NamedTuple):
 
 
 def _place(file: IO[bytes], name: str) -> _Place:
-    """Look an array up in a file."""
     with zipfile.ZipFile(file) as archive:
         entry = archive.getinfo(f"{name}.npy")
         with archive.open(entry) as array:

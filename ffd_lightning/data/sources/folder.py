@@ -131,7 +131,6 @@ class FolderSource(Source):
         return self._shapes[category]
 
     def _folders(self) -> list[str]:
-        """Return the names of the folders in `root`, sorted."""
         if not self.root.is_dir():
             raise DataError(
                 f"the folder of shapes {self.root} does not exist: set data.root to a folder of "
@@ -140,7 +139,6 @@ class FolderSource(Source):
         return sorted(p.name for p in self.root.iterdir() if p.is_dir() and not is_hidden(p.name))
 
     def _folder(self, category: str) -> Path:
-        """Return the folder of a category."""
         there = self._folders()
         names = [category, *([SYNSETS[category]] if category in SYNSETS else [])]
         if found := [name for name in names if name in there]:
@@ -221,7 +219,6 @@ def _entries(folder: Path) -> Iterator[tuple[Path, dict[Path, os.stat_result]]]:
 
 
 def _find_shapes(folder: Path) -> _Files:
-    """Return the shapes in a category's folder."""
     shapes: _Files = {}
     single: dict[str, list[Path]] = {}
     shared: list[Path] = []

@@ -188,7 +188,6 @@ class ShapeNetSource(Source):
 
 
 def _listed(place: Path) -> _Category:
-    """Return what a category's folder or archive holds."""
     tree = Tree(place)
     files: dict[str, dict[PurePath, int]] = {}
     if tree.packed:

@@ -145,7 +145,6 @@ class Page:
         return self._photo and replace(self._photo, mask=None, box=box)
 
     def _show_box(self) -> None:
-        """Draw the box that the sliders give in the photograph."""
         if (photo := self._in_box()) is not None:
             self.boxed.image, self.boxed.visible = photo.boxed(), True
 
