@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,7 @@ _GPU_WORKERS = 2
 _MEASURED = 1024  # images, to tell how large objects are in them
 
 
+@dataclass(eq=False)
 class _Indices(Dataset[BatchIndices]):
     """What batches are drawn from: rows of a prepared set, and `num_points` of each cloud.
 
@@ -56,17 +58,12 @@ class _Indices(Dataset[BatchIndices]):
     decides what is random.
     """
 
-    def __init__(
-        self,
-        rows: NDArray[np.int64],
-        prepared: PreparedSet,
-        templates: NDArray[np.int64],
-        batch_size: int,
-        num_points: int,
-        seed: int = 0,
-    ) -> None:
-        self.rows, self.prepared, self.templates = rows, prepared, templates
-        self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
+    rows: NDArray[np.int64]
+    prepared: PreparedSet
+    templates: NDArray[np.int64]
+    batch_size: int
+    num_points: int
+    seed: int = 0
 
     def _points(self, clouds: int, rng: np.random.Generator) -> NDArray[np.int64]:
         """Draw points of each of some clouds without replacement, (clouds, num_points)."""
