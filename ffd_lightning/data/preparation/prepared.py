@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,9 @@ prepared data is built anew."""
 
 _HELD = 32  # measurements in memory, of a few MB each
 _measured: dict[Path, dict[str, Any]] = {}
+
+_Place = tuple[int, int, int, int, tuple[int, ...], np.dtype]
+"""Of an array in a file: start, size and checksum, size of the header, shape and type."""
 
 
 @dataclass(frozen=True)
@@ -269,12 +272,12 @@ class PreparedSet:
                 key = row, name, os.fstat(file.fileno()).st_mtime_ns  # a mended file is another
                 if key not in self._places:
                     self._places[key] = _place(file, name)
-                place = self._places[key]
-                file.seek(place.start)
-                content = file.read(place.size)
-            if zlib.crc32(content) != place.checksum:
+                start, size, checksum, header, shape, dtype = self._places[key]
+                file.seek(start)
+                content = file.read(size)
+            if zlib.crc32(content) != checksum:
                 raise zipfile.BadZipFile(f"bad checksum of {name}")
-            return np.frombuffer(content, place.dtype, offset=place.header).reshape(place.shape)
+            return np.frombuffer(content, dtype, offset=header).reshape(shape)
         except (
             *(OSError, zipfile.BadZipFile, zlib.error, EOFError, struct.error),
             *(ValueError, KeyError, NotImplementedError),
@@ -296,18 +299,8 @@ class PreparedSet:
         return replace(mesh, face_parts=face_parts, part_names=self.part_names), point_parts
 
 
-class _Place(NamedTuple):
-    """Where an array is in an .npz file that stores arrays as they are, without compression."""
-
-    start: int
-    size: int
-    checksum: int
-    header: int
-    shape: tuple[int, ...]
-    dtype: np.dtype
-
-
 def _place(file: IO[bytes], name: str) -> _Place:
+    """Return where an array is in a file that stores arrays as they are, without compression."""
     with zipfile.ZipFile(file) as archive:
         entry = archive.getinfo(f"{name}.npy")
         with archive.open(entry) as array:
@@ -318,7 +311,7 @@ def _place(file: IO[bytes], name: str) -> _Place:
     file.seek(entry.header_offset + 26)  # the lengths of the entry's name and extra field
     name_size, extra_size = struct.unpack("<HH", file.read(4))
     start = entry.header_offset + 30 + name_size + extra_size
-    return _Place(start, entry.file_size, entry.CRC, header, shape, dtype)
+    return start, entry.file_size, entry.CRC, header, shape, dtype
 
 
 def spread_rows(count: int, size: int) -> NDArray[np.int64]:
