@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
-from typing import Any, Literal
+from typing import Literal, NamedTuple
 
 import torch
 from jaxtyping import Float, Int
@@ -111,10 +110,16 @@ class Objective(nn.Module):
 
         Sums run over queries, templates and points, as the paper writes them.
 
-        Arguments are attributes of `StepInput`: `batch_weights` are by default the prediction's,
-        and `num_queries` is their number. `own_templates` are the templates of each query's
-        category, (q, K), for selections that are `within_category`: the others are not deformed,
-        and cost infinitely much.
+        Args:
+            prediction: weights (q, T) and offsets (q, T, M, 3).
+            target_points: ground truth point clouds, (q, N', 3).
+            templates: decomposed template points.
+            step: index of the step, for annealing, terms and selection.
+            batch_weights: template weights of the whole batch, (Q, T), where its queries are split
+                over devices; the prediction's own by default.
+            own_templates: the templates of each query's category, (q, K), for selections that
+                are `within_category`: the others are not deformed, and cost infinitely much.
+            num_queries: of the step, where it is made of several batches; Q by default.
 
         Returns:
             The total, and without gradients: each term, costs of templates summed under the
@@ -190,14 +195,24 @@ class Objective(nn.Module):
         return teaching if own is None else Teaching(teaching.cost_weights.gather(1, own), loss)
 
 
+class _Restricted(NamedTuple):
+    """A prediction for some templates of each query."""
+
+    template_weights: Float[Tensor, "queries own"]
+    template_logits: Float[Tensor, "queries own"]
+    offsets: Float[Tensor, "queries own control_points 3"]
+
+
 def _restricted(inputs: StepInput, own: Tensor) -> StepInput:
     """Return a step with some templates of each query alone."""
     queries = torch.arange(len(own), device=own.device)[:, None]
     found, (matrix, control_points, degrees) = inputs.prediction, inputs.templates
-    names = ("template_weights", "template_logits", "offsets")
-    of_own: Any = SimpleNamespace(**{name: getattr(found, name)[queries, own] for name in names})
-    templates = TemplateSample(matrix[own], control_points[own], degrees)
-    return replace(inputs, prediction=of_own, templates=templates)
+    parts = (found.template_weights, found.template_logits, found.offsets)
+    return replace(
+        inputs,
+        prediction=_Restricted(*(part[queries, own] for part in parts)),
+        templates=TemplateSample(matrix[own], control_points[own], degrees),
+    )
 
 
 def _shape(value: object) -> tuple[int, ...] | str:

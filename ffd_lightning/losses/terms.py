@@ -25,14 +25,17 @@ class Prediction(Protocol):
     @property
     def template_weights(self) -> Tensor:
         """Template weights, (q, T)."""
+        ...
 
     @property
     def template_logits(self) -> Tensor:
         """Template logits, (q, T)."""
+        ...
 
     @property
     def offsets(self) -> Tensor:
         """Control point offsets, (q, T, M, 3)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,8 @@ class StepInput:
     over devices: what the terms give for each share of the queries is added up.
 
     Attributes:
-        prediction: of the network, for q queries and T templates, see `Prediction`.
+        prediction: of the network, for q queries and T templates: `template_logits` and
+            `template_weights`, (q, T), and `offsets` of the control points, (q, T, M, 3).
         target_points: ground truth point clouds, (q, N', 3).
         templates: B of the templates' points, (T, N, M), their control points P, (T, M, 3), and the
             degrees of their lattices.

@@ -13,6 +13,7 @@ from conftest import FEW, TINY
 from ffd_lightning.app.build import build_data
 from ffd_lightning.app.commands.evaluate import evaluate_run, read_config
 from ffd_lightning.app.first_weights import leak_warning
+from ffd_lightning.app.messages import SHOWN, explain
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation import evaluator
@@ -63,6 +64,9 @@ def test_training_ends_with_the_evaluation_of_the_command(copy):
     assert done.returncode == 0, done.stderr
     assert "selected template, deformed" in done.stdout
     assert (samples(copy), file.stat().st_mtime_ns) == (before, written)
+    with pytest.raises(SHOWN) as caught:
+        config(copy, "protocol=papre")
+    assert "no protocol 'papre'. Did you mean protocol=paper?" in explain(caught.value)
 
 
 def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained, tiny_config):

@@ -40,6 +40,10 @@ def small(*overrides):
     return train_config(*given)
 
 
+def test_one_module_needs_no_brackets():
+    assert small("plugins=statistics").plugins == ["statistics"]
+
+
 def test_an_encoder_whose_feature_map_is_not_as_it_says():
     ffd.component("encoder", "odd")(
         type("Odd", (TinyEncoder,), {"output_size": lambda self, size: (3, 4)})

@@ -92,8 +92,11 @@ FORMS = {
     "3,3001627,0,c,test\n4,3001627,0,d,test\n5,4379243,0,a,test\n",
     "folder": {"03001627/train.lst": "a\nb", "03001627/test.lst": "c\nd", "train.lst": "d"},
     "flat": {"train.txt": "a b", "val.txt": "e", "test.txt": "c d"},
-    "long": {"train.lst": "a b", "validation.lst": "e", "test.lst": "c d", "latest.txt": "a\nb"},
-    "unions": {"train.lst": "a b", "test.lst": "c d", "trainval.lst": "e", "train_val.lst": "e"},
+    "long": {"train.lst": "a b", "validation.lst": "e", "test.lst": "c d"},
+    "unions": {
+        **{"train.lst": "a\nb", "test.lst": "c\nd", "trainval.lst": "a\nb\ne"},
+        **{"train_val.lst": "a\nb\ne", "latest.txt": "a\nb"},
+    },
     "all.txt": "04379243/a test\nchair/a train\n03001627/b train\nc test\nd test\ntable/d train\n",
     "shape_id.csv": "shape_id, split\na, train\nb, train\nc, test\nd, test\n",
 }
