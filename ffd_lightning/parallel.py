@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from collections.abc import Callable, Collection, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from queue import Empty, SimpleQueue
 from typing import TypeVar
 
 _Item = TypeVar("_Item")
@@ -14,6 +15,25 @@ _Result = TypeVar("_Result")
 def available_cores() -> int:
     """Return how many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def as_completed(futures: Collection[Future[_Result]]) -> Iterator[Future[_Result]]:
+    """Yield futures as they are done.
+
+    The standard library's function waits without end: a Ctrl-C that comes just before it does is
+    not seen until another future is done.
+    """
+    done: SimpleQueue[Future[_Result]] = SimpleQueue()
+    for future in futures:
+        future.add_done_callback(done.put)
+    left = len(futures)
+    while left:
+        try:
+            future = done.get(timeout=1)
+        except Empty:
+            continue
+        left -= 1
+        yield future
 
 
 def in_threads(

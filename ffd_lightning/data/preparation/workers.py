@@ -6,7 +6,7 @@ import multiprocessing
 import os
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, as_completed
+from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
@@ -14,6 +14,7 @@ from pebble import ProcessExpired, ProcessPool
 
 from ffd_lightning.data.preparation.prepared_shape import Failure, ShapeMaker
 from ffd_lightning.errors import DataError
+from ffd_lightning.parallel import as_completed
 
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
