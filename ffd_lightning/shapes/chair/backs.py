@@ -9,7 +9,7 @@ from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing
 from ffd_lightning.shapes.kit.boards import beam, pad, slats
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.upholstery import ARMS, Seating
+from ffd_lightning.shapes.kit.upholstery import ARMS, Seating, armed
 from ffd_lightning.shapes.kit.vectors import lean, vec
 
 
@@ -214,12 +214,6 @@ def pads(b: Builder, rng: Rng, p: Plan) -> None:
         b.tube("arm", p.frame, bend(path, 0.05), 0.014, segments=8)
 
 
-def upholstered(b: Builder, rng: Rng, s: Seating) -> None:
-    """Add two arms of a padded seat."""
-    for side in (-1, 1):
-        s.add_arm(b, side)
-
-
 _STANDING = {"use": ("dining", "lounge"), "seat": _FLAT}
 _OPEN = ("ladder", "spindles", "cross", "panel", "planks", "cushion")
 ARM_KINDS = (
@@ -227,5 +221,5 @@ ARM_KINDS = (
     Component("rests", 2.2, rests, _STANDING | {"back": _OPEN}),
     Component("loops", 1, loops, _STANDING | {"back": ("cushion", "panel", "ladder")}),
     Component("pads", 8, pads, {"base": ("star",), "seat": ("pad",)}),
-    *(Component(name, 1, upholstered, {"base": ("plinth",)}) for name in ARMS),
+    *(Component(name, 1, armed, {"base": ("plinth",)}) for name in ARMS),
 )

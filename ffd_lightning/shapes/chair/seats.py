@@ -10,7 +10,7 @@ from ffd_lightning.shapes.kit.boards import beam, rails, slats
 from ffd_lightning.shapes.kit.legs import add_legs, draw_leg_style, stretchers
 from ffd_lightning.shapes.kit.paths import bend, circle, corners
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.upholstery import Seating
+from ffd_lightning.shapes.kit.upholstery import Seating, boxed
 from ffd_lightning.shapes.kit.vectors import UP, Array, vec
 
 
@@ -142,12 +142,6 @@ def sides(b: Builder, rng: Rng, p: Plan) -> None:
             b.rounded_box("leg", p.frame, (x, p.under / 2, 0), size, 0.2 * wide)
 
 
-def plinth(b: Builder, rng: Rng, s: Seating) -> None:
-    """Add a padded box on feet below a seat's cushions."""
-    s.add_base(b)
-    s.add_feet(b, rng)
-
-
 _SITTING = {"use": ("dining", "lounge", "bar")}
 _HOME = {"use": ("dining", "lounge")}
 BASES = (
@@ -160,7 +154,7 @@ BASES = (
     Component("rockers", 0.4, rockers, _HOME),
     Component("scissors", 0.5, scissors, _HOME),
     Component("sides", 0.5, sides, _SITTING),
-    Component("plinth", 5, plinth, {"use": ("lounge",)}),
+    Component("plinth", 5, boxed, {"use": ("lounge",)}),
 )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,7 @@ class Seating:
     cover: Material
     pillows: Material  # what covers the cushions
     frame: Material  # what legs and open arms are of
+    ends: Sequence[int] = (-1, 1)  # the sides that have arms
 
     @property
     def span(self) -> float:
@@ -166,3 +168,15 @@ class Seating:
             beam(b, "arm", self.frame, (x, 0, end), (x, top, end), 0.7 * side, 0.7 * side)
         beam(b, "arm", self.frame, (x, low, -z), (x, low, z), 0.5 * side, side)
         b.rounded_box("arm", self.frame, (x, top, 0), (1.3 * side, 0.03, 2 * z + 0.12), 0.4 * side)
+
+
+def boxed(b: Builder, rng: Rng, s: Seating) -> None:
+    """Add a padded box on short legs; arms that stand on the floor do without."""
+    s.add_base(b)
+    s.add_feet(b, rng, None if s.ends else s.width + s.arm)
+
+
+def armed(b: Builder, rng: Rng, s: Seating) -> None:
+    """Add padded or open arms at the seat's ends."""
+    for side in s.ends:
+        s.add_arm(b, side)

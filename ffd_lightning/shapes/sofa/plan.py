@@ -14,17 +14,10 @@ from ffd_lightning.shapes.kit.vectors import Array, Triple, about_y
 
 
 @dataclass(frozen=True)
-class Plan(Seating):
-    """A row of seats that has arms at `ends`, -1 and 1."""
-
-    ends: Sequence[int] = (-1, 1)
-
-
-@dataclass(frozen=True)
 class Row:
     """Where a row is."""
 
-    plan: Plan
+    plan: Seating
     slots: Sequence[str] = ("base", "seat", "back", "arms")  # the components that it has
     degrees: float = 0.0  # by which it is turned about y
     shift: Triple = (0.0, 0.0, 0.0)  # of its middle, after that
@@ -38,7 +31,7 @@ class Row:
         return v @ about_y(self.degrees).T + self.shift
 
 
-def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
+def draw_plan(rng: Rng, chosen: Chosen) -> Seating:
     """Draw the sizes and materials of a sofa of these components."""
     layout, base, back, arms = (chosen[slot].name for slot in ("layout", "base", "back", "arms"))
     long, seats = layout == "longue", int(rng.choice([1, 2, 3, 4], p=(0.08, 0.37, 0.37, 0.18)))
@@ -53,7 +46,7 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
     low, high = (0.02, 0.06) if base == "plinth" else (0.06, 0.26)
     rise = rng.uniform(0.24, 0.36) if back == "rolled" else rng.uniform(0.22, 0.85)
     thin = {"open": (0.05, 0.07), "none": (0.02, 0.03), "bolsters": (0.02, 0.03)}
-    return Plan(
+    return Seating(
         seats=seats,
         width=rng.uniform(1.1, 1.9) if long else seats * rng.uniform(0.48, 0.85),
         depth=rng.uniform(0.55, 0.9) if long else rng.uniform(0.62, 1.2),
@@ -73,22 +66,22 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
     )
 
 
-def single(rng: Rng, p: Plan) -> list[Row]:
+def single(rng: Rng, p: Seating) -> list[Row]:
     """Place one row."""
     return [Row(p)]
 
 
-def curved(rng: Rng, p: Plan) -> list[Row]:
+def curved(rng: Rng, p: Seating) -> list[Row]:
     """Bend one row."""
     return [Row(p, radius=max(p.span / 2 / np.radians(rng.uniform(20, 95)), 0.5 * p.depth + 0.5))]
 
 
-def longue(rng: Rng, p: Plan) -> list[Row]:
+def longue(rng: Rng, p: Seating) -> list[Row]:
     """Place one row with one arm."""
     return [Row(replace(p, ends=(int(rng.choice([-1, 1])),)))]
 
 
-def lengthened(rng: Rng, p: Plan, apart: bool) -> list[Row]:
+def lengthened(rng: Rng, p: Seating, apart: bool) -> list[Row]:
     """Place a row with a seat before it for the legs, joined or `apart`."""
     side, reach, wide = int(rng.choice([-1, 1])), rng.uniform(0.4, 1.2), p.width / p.seats
     gap = rng.uniform(0.1, 0.35) if apart else -0.06
@@ -98,7 +91,7 @@ def lengthened(rng: Rng, p: Plan, apart: bool) -> list[Row]:
     return [Row(replace(p, ends=ends)), Row(own, ("base", "seat"), 0, at)]
 
 
-def corner(rng: Rng, p: Plan, wings: int) -> list[Row]:
+def corner(rng: Rng, p: Seating, wings: int) -> list[Row]:
     """Place a row and one or two wings at right angles to it."""
     sides = (-1, 1) if wings == 2 else (int(rng.choice([-1, 1])),)
     p = replace(p, width=max(p.width, wings * p.depth + 0.55))
