@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
-from ffd_lightning.shapes.table.bases import BASES, BRACES, EXTRAS
-from ffd_lightning.shapes.table.plan import USES, draw_plan
-from ffd_lightning.shapes.table.tops import SHAPES, TOPS
+from ffd_lightning.shapes.table.parts import BASES, BRACES, EXTRAS, TOPS
+from ffd_lightning.shapes.table.plan import SHAPES, USES, draw_plan
 
 
 def assemble(rng: Rng, chosen: Chosen) -> Builder:

@@ -1,4 +1,4 @@
-"""What carries a table's top, and what is below and on it."""
+"""Tops of tables, what carries them, and what is below and on them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Component, Rng, draw, nothing, pick_material
-from ffd_lightning.shapes.kit.boards import beam
+from ffd_lightning.shapes.kit.boards import beam, slats
 from ffd_lightning.shapes.kit.legs import (
     LegStyle,
     add_legs,
@@ -17,7 +17,48 @@ from ffd_lightning.shapes.kit.legs import (
 )
 from ffd_lightning.shapes.kit.paths import bend, circle, corners
 from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, vec
-from ffd_lightning.shapes.table.plan import Plan
+from ffd_lightning.shapes.table.plan import SHAPES, Plan
+
+
+def solid(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a board."""
+    p.slab(b, "top", p.top, (p.height - p.thick, p.height), 0.0)
+
+
+def planks(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add boards side by side."""
+    (width, depth), count = 2 * p.half, int(rng.integers(4, 8))
+    middle, offset = vec(0, p.height - p.thick / 2, p.z), vec(0, 0, (depth - depth / count) / 2)
+    board = (width, p.thick, depth / count - rng.uniform(0.004, 0.012))
+    wood = p.top if p.top.alpha == 1 else p.base
+    slats(b, "top", wood, middle - offset, middle + offset, board, count)
+
+
+def framed(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a panel in a rim, often of another material."""
+    rim, border = pick_material(rng, "wood"), p.half.min() * rng.uniform(0.08, 0.25)
+    low = p.height - p.thick
+    p.band(b, "top", rim, (low, p.height), (0.0, border))
+    p.slab(b, "top", p.top, (low + 0.2 * p.thick, p.height - 0.15 * p.thick), 0.9 * border)
+
+
+def tray(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a board with a raised rim."""
+    solid(b, rng, p)
+    levels = p.height - p.thick / 2, p.height + rng.uniform(0.02, 0.07)
+    p.band(b, "top", p.top, levels, (-0.004, 0.012))
+
+
+def leaves(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a board with two leaves that hang down at its ends or at its front and back."""
+    solid(b, rng, p)
+    drop, axis, thick = p.under * rng.uniform(0.3, 0.8), int(rng.choice([0, 2])), 0.8 * p.thick
+    size = vec(1.96 * p.half[0], drop, 1.96 * p.half[1])
+    out = np.eye(3)[axis] * (0.5 * size[axis] / 0.98 + 0.004)
+    size[axis] = thick
+    for side in (-1, 1):
+        middle = side * out + vec(0, p.height - drop / 2 - 0.2 * p.thick, 0)
+        b.rounded_box("top", p.top, middle, size, 0.3 * thick)
 
 
 def apron(b: Builder, rng: Rng, p: Plan) -> None:
@@ -260,6 +301,14 @@ _ENDED = (*_BOX, "rounded", "bowed")
 _LOW = ("coffee", "side")
 _FREE = {"top": ("solid", "planks", "framed", "tray")}  # no leaves in the way
 _PLAIN = _FREE | {"shape": _ENDED}
+_EVEN = tuple(shape.name for shape in SHAPES if shape.name not in ("pebble", "half"))
+TOPS = (
+    Component("solid", 8, solid),
+    Component("planks", 1.5, planks, {"shape": _BOX}),
+    Component("framed", 1.2, framed, {"shape": _EVEN}),
+    Component("tray", 2, tray, {"use": _LOW}),
+    Component("leaves", 2.5, leaves, {"use": ("dining", "side"), "shape": _BOX}),
+)
 BASES = (
     Component("legs", 4.5, legs),
     Component("cabriole", 0.7, cabriole, {"use": ("dining", *_LOW, "console")}),
