@@ -11,7 +11,7 @@ import numpy as np
 from ffd_lightning.shapes.bench.plan import Plan
 from ffd_lightning.shapes.kit import Builder, Component, Rng, draw, nothing
 from ffd_lightning.shapes.kit.boards import beam, pad, slats
-from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, add_trestle, draw_leg_style
+from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, add_trestles, draw_leg_style
 from ffd_lightning.shapes.kit.paths import bend, corners
 from ffd_lightning.shapes.kit.sheets import arc
 from ffd_lightning.shapes.kit.vectors import UP, lean, vec
@@ -75,15 +75,13 @@ def slabs(b: Builder, rng: Rng, p: Plan) -> None:
     for x in p.xs[[0, -1]]:
         b.rounded_box("leg", p.frame, (x, p.under / 2, 0), size, 0.01, segments=4)
     y, tall = p.under * rng.uniform(0.3, 0.8), rng.uniform(0.0, 0.35) * p.under
-    p.along(b, "leg", y, 0.03, max(tall, 0.04))
+    beam(b, "leg", p.frame, (p.xs[0], y, 0), (p.xs[-1], y, 0), 0.03, max(tall, 0.04))
 
 
 def trestles(b: Builder, rng: Rng, p: Plan) -> None:
     """Add two trestles joined by a beam."""
-    kind = draw(rng, ["x", "a", "h", "t"])
-    for x in p.xs[[0, -1]]:
-        y = add_trestle(b, p.frame, kind, x, 0.46 * p.depth, p.under, p.side)
-    p.along(b, "leg", y, 0.5 * p.side, p.side)
+    sizes = (0.46 * p.depth, p.under, p.side)
+    add_trestles(b, rng, p.frame, "leg", (p.xs[0], p.xs[-1]), sizes)
 
 
 def loops(b: Builder, rng: Rng, p: Plan) -> None:

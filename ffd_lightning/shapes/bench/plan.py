@@ -51,10 +51,6 @@ class Plan:
         """Add a bar from the front to the back that reaches +-`reach` about `z`."""
         beam(b, part, self.frame, (x, y, z - reach), (x, y, z + reach), 0.025, tall)
 
-    def along(self, b: Builder, part: str, y: float, wide: float, tall: float) -> None:
-        """Add a bar from the legs at one end to those at the other."""
-        beam(b, part, self.frame, (self.xs[0], y, 0), (self.xs[-1], y, 0), wide, tall)
-
 
 _SIZES = {  # how frequent, then length, depth, seat, rise, rake: the lowest and the highest
     "garden": (4, (0.9, 0.38, 0.36, 0.28, 5), (2.2, 0.62, 0.48, 0.65, 24)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.joinery import carcass, plank
@@ -20,8 +22,9 @@ def plinth(b: Builder, rng: Rng, p: Plan) -> None:
     plank(b, "leg", p.style.body, low, (0.49 * p.width, p.foot + 0.003, 0.5 * p.depth))
 
 
-def legs(b: Builder, rng: Rng, p: Plan, splay: float = 0.0) -> None:
+def legs(b: Builder, rng: Rng, p: Plan, splayed: bool = False) -> None:
     """Add four legs, straight or splayed, and two more below what is long."""
+    splay = rng.uniform(0.06, 0.12) if splayed else 0.0
     style = draw_leg_style(rng, (0.03, 0.065), hairpin=0.15 if p.foot > 0.12 else 0.0)
     margin, flat = 1.3 * style.thickness + splay, vec(1, 0, 1)
     tops = corners(p.width - margin, p.depth - margin, p.foot + 0.003)
@@ -29,11 +32,6 @@ def legs(b: Builder, rng: Rng, p: Plan, splay: float = 0.0) -> None:
         tops = np.concatenate([tops, tops[[0, 2]] * vec(0, 1, 1)])
     feet = tops * flat + 0.4 * splay * np.sign(tops) * flat
     add_legs(b, "leg", p.style.body, style, tops, feet)
-
-
-def splayed(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add splayed legs."""
-    legs(b, rng, p, splay=rng.uniform(0.06, 0.12))
 
 
 def bracket(b: Builder, rng: Rng, p: Plan) -> None:
@@ -73,7 +71,7 @@ STANDS = (
     Component("none", 1, nothing),
     Component("plinth", 1.3, plinth, {"layout": (*_FIRM, "files", "lockers")}),
     Component("legs", 3, legs, {"layout": (*_FIRM, "lockers")} | {"use": (*_LIGHT["use"], "tall")}),
-    Component("splayed", 1.5, splayed, _LIGHT),
+    Component("splayed", 1.5, partial(legs, splayed=True), _LIGHT),
     Component("bracket", 1, bracket, {"layout": _FIRM}),
     Component("sled", 1.5, sled, _LIGHT),
     Component("casters", 0.7, casters, _ROLLING),

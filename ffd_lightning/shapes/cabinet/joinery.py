@@ -144,11 +144,8 @@ class Bay:
 
     def panel(self, part: str) -> None:
         """Add the board of a door or drawer, BOARD thick, at the front."""
-        half, deep, front = (
-            vec(self.width, self.height, 0) / 2,
-            vec(0, 0, BOARD / 2),
-            self.style.front,
-        )
+        half, deep = vec(self.width, self.height, 0) / 2, vec(0, 0, BOARD / 2)
+        front = self.style.front
         border = min(0.06, 0.2 * min(self.width, self.height))
         inner = np.maximum(half - vec(border, border, 0), 0.004)
         if self.style.panel in ("flat", "raised") or border < 0.02:

@@ -83,11 +83,6 @@ def _warped(b: Builder, p: Plan, outline: Outline, fixed: float) -> Builder:
     return Bent(b, bend, p.width / 6.5)
 
 
-def straight(b: Builder, rng: Rng, p: Plan) -> Builder:
-    """Leave the plan a rectangle."""
-    return b
-
-
 def bow(b: Builder, rng: Rng, p: Plan) -> Builder:
     """Bow the front out, or in and out."""
     waves = int(rng.choice([1, 1, 3]))
@@ -103,8 +98,7 @@ def half_round(b: Builder, rng: Rng, p: Plan) -> Builder:
 
 def drum(b: Builder, rng: Rng, p: Plan) -> Builder:
     """Make the plan round."""
-    grow = p.width / p.depth
-    return _warped(b, p, lambda u: grow * np.sqrt(1 - 0.9 * u * u), 0.0)
+    return _warped(b, p, lambda u: p.width / p.depth * np.sqrt(1 - 0.9 * u * u), 0.0)
 
 
 def wedge(b: Builder, rng: Rng, p: Plan) -> Builder:
@@ -118,7 +112,7 @@ _CURVED = {"layout": ("drawers", "doors", "both"), "top": ("flat", "bare", "corn
 _SMALL = {"use": ("night", "chest", "sideboard")}
 _CORNERED = {"use": ("tall", "chest"), "layout": ("doors", "both")}
 OUTLINES = (
-    Component("straight", 6.5, straight),
+    Component("straight", 6.5, lambda b, rng, p: b),
     Component("bow", 1.8, bow, _CURVED | {"use": (*_SMALL["use"], "wardrobe")}),
     Component("half", 1, half_round, _CURVED | _SMALL),
     Component("drum", 4, drum, _CURVED | {"use": ("night",), "stand": ("none", "plinth")}),

@@ -138,8 +138,7 @@ class Builder:
     ) -> None:
         """Add a cylinder or truncated cone from `start` to `end`."""
         radii = (radius, radius if radius_end is None else radius_end)
-        path = np.array([np.asarray(start, float), np.asarray(end, float)])
-        self.tube(part, material, path, radii, segments=segments)
+        self.tube(part, material, np.stack([start, end]), radii, segments=segments)
 
     def lathe(
         self,

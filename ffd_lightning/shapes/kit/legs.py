@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam, rails
 from ffd_lightning.shapes.kit.paths import bend, circle
-from ffd_lightning.shapes.kit.vectors import UP, Array, Pair
+from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, Triple
 
 
 @dataclass(frozen=True)
@@ -98,22 +98,26 @@ def stretchers(
         bar(front_right, back_left, height=0.8 * size)
 
 
-def add_trestle(
-    b: Builder, material: Material, kind: str, x: float, spread: float, top: float, side: float
+def add_trestles(
+    b: Builder, rng: Rng, material: Material, joint: str, ends: Pair, sizes: Triple
 ) -> float:
-    """Add a trestle at `x`, "x", "a", "h" or "t" seen from the end; return where a beam meets it.
+    """Add a trestle at each x of `ends` and a beam, the part `joint`, from one to the other.
 
-    Its feet and its head reach +-`spread` along z, its posts are `side` thick.
+    Return the beam's height. `sizes` are the trestles' reach along z either way, their height and
+    the thickness of their posts. They are an x, an a, an h or a t seen from the end.
     """
+    kind, (reach, top, side) = draw(rng, ["x", "a", "h", "t"]), sizes
     level = {"x": 0.5, "a": 0.35, "h": 0.3, "t": 0.4}[kind] * top
     high, low = {"x": (-0.9, 0.9), "a": (0.3, 0.9), "h": (0.6, 0.6), "t": (0.0, 0.0)}[kind]
     stretch = (0.8, 2.0 if kind == "t" else 1.0)
-    for sign in (-1, 1) if kind != "t" else (1,):
-        ends = (x, top - 0.5 * side, sign * high * spread), (x, 0.0, sign * low * spread)
-        add_leg(b, "leg", material, LegStyle("square", side), *ends, stretch)
-    if kind in ("a", "h"):
-        reach = (0.35 * high + 0.65 * low) * spread
-        beam(b, "leg", material, (x, level, -reach), (x, level, reach), 0.5 * side, 0.7 * side)
-    for y in (top - side / 2, side / 2) if kind in ("h", "t") else (top - side / 2,):
-        b.rounded_box("leg", material, (x, y, 0), (0.9 * side, side, 2 * spread), 0.2 * side)
+    for x in ends:
+        for sign in (-1, 1) if kind != "t" else (1,):
+            head, foot = (x, top - 0.5 * side, sign * high * reach), (x, 0.0, sign * low * reach)
+            add_leg(b, "leg", material, LegStyle("square", side), head, foot, stretch)
+        if kind in ("a", "h"):
+            z = (0.35 * high + 0.65 * low) * reach
+            beam(b, "leg", material, (x, level, -z), (x, level, z), 0.5 * side, 0.7 * side)
+        for y in (top - side / 2, side / 2) if kind in ("h", "t") else (top - side / 2,):
+            b.rounded_box("leg", material, (x, y, 0), (0.9 * side, side, 2 * reach), 0.2 * side)
+    beam(b, joint, material, (ends[0], level, 0), (ends[1], level, 0), 0.5 * side, side)
     return level

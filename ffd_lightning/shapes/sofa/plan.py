@@ -66,11 +66,6 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Seating:
     )
 
 
-def single(rng: Rng, p: Seating) -> list[Row]:
-    """Place one row."""
-    return [Row(p)]
-
-
 def curved(rng: Rng, p: Seating) -> list[Row]:
     """Bend one row."""
     return [Row(p, radius=max(p.span / 2 / np.radians(rng.uniform(20, 95)), 0.5 * p.depth + 0.5))]
@@ -109,7 +104,7 @@ def corner(rng: Rng, p: Seating, wings: int) -> list[Row]:
 
 
 LAYOUTS = (
-    Component("straight", 5.5, single),
+    Component("straight", 5.5, lambda rng, p: [Row(p)]),
     Component("stool", 1, partial(lengthened, apart=True)),
     Component("ell", 1.6, partial(lengthened, apart=False)),
     Component("corner", 1.5, partial(corner, wings=1)),

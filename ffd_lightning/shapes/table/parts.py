@@ -11,7 +11,7 @@ from ffd_lightning.shapes.kit.boards import beam, slats
 from ffd_lightning.shapes.kit.legs import (
     LegStyle,
     add_legs,
-    add_trestle,
+    add_trestles,
     draw_leg_style,
     stretchers,
 )
@@ -168,12 +168,10 @@ def wing(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a second, narrower top at right angles to a desk's end, on a panel."""
     wide, long, side = rng.uniform(0.38, 0.55), rng.uniform(0.5, 1.0), rng.choice([-1, 1])
     x, near = side * (p.half[0] - wide / 2), 0.01 - p.half[1]
-    middle, foot = (
-        (x, p.height - p.thick / 2, near - long / 2),
-        (x, p.under / 2, near + 0.04 - long),
-    )
-    b.rounded_box("top", p.top, middle, (wide, p.thick, long + 0.01), 0.01)
-    b.rounded_box("leg", p.base, foot, (0.92 * wide, p.under, 0.03), 0.005)
+    middle, size = (x, p.height - p.thick / 2, near - long / 2), (wide, p.thick, long + 0.01)
+    b.rounded_box("top", p.top, middle, size, 0.01)
+    middle, size = (x, p.under / 2, near + 0.04 - long), (0.92 * wide, p.under, 0.03)
+    b.rounded_box("leg", p.base, middle, size, 0.005)
 
 
 def legs(b: Builder, rng: Rng, p: Plan) -> None:
@@ -223,10 +221,8 @@ def panels(b: Builder, rng: Rng, p: Plan, waist: float = 0.0) -> None:
 
 def trestle(b: Builder, rng: Rng, p: Plan) -> None:
     """Add two trestles joined by a beam, which is sometimes braced."""
-    kind, (x, _, z), thin = draw(rng, ["x", "a", "h", "t"]), p.posts(1)[2], 0.5 * p.side
-    for end in (-x, x):
-        y = add_trestle(b, p.base, kind, end, z + thin, p.under, p.side)
-    beam(b, "support", p.base, (-x, y, 0), (x, y, 0), thin, p.side)
+    (x, _, z), thin = p.posts(1)[2], 0.5 * p.side
+    y = add_trestles(b, rng, p.base, "support", (-x, x), (z + thin, p.under, p.side))
     for end in (-x, x) if rng.random() < 0.3 else ():
         beam(b, "support", p.base, (end, y, 0), (0.25 * end, p.under - 0.01, 0), thin, thin)
 
