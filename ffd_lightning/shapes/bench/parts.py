@@ -11,10 +11,10 @@ import numpy as np
 from ffd_lightning.shapes.bench.plan import Plan
 from ffd_lightning.shapes.kit import Builder, Component, Rng, draw, nothing
 from ffd_lightning.shapes.kit.boards import beam, pad, slats
-from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, add_trestles, draw_leg_style
+from ffd_lightning.shapes.kit.legs import LegStyle, add_legs, add_trestles, draw_leg_style
 from ffd_lightning.shapes.kit.paths import bend, corners
 from ffd_lightning.shapes.kit.sheets import arc
-from ffd_lightning.shapes.kit.vectors import UP, lean, vec
+from ffd_lightning.shapes.kit.vectors import SIDES, UP, lean, vec
 
 
 def boards(b: Builder, rng: Rng, p: Plan, part: str = "seat", z: float = 0.0) -> None:
@@ -80,8 +80,7 @@ def slabs(b: Builder, rng: Rng, p: Plan) -> None:
 
 def trestles(b: Builder, rng: Rng, p: Plan) -> None:
     """Add two trestles joined by a beam."""
-    sizes = (0.46 * p.depth, p.under, p.side)
-    add_trestles(b, rng, p.frame, "leg", (p.xs[0], p.xs[-1]), sizes)
+    add_trestles(b, rng, p.frame, "leg", (p.xs[0], p.xs[-1]), (0.46 * p.depth, p.under, p.side))
 
 
 def loops(b: Builder, rng: Rng, p: Plan) -> None:
@@ -120,7 +119,7 @@ def blocks(b: Builder, rng: Rng, p: Plan) -> None:
     """Add two blocks, flared blocks or turned feet of stone."""
     kind, wide, x = draw(rng, ["block", "flared", "turned"]), rng.uniform(0.08, 0.3), p.length / 2
     radii = np.array([1, 1, 0.6, 0.8, 0.55, 1, 1]) * 0.42 * p.depth
-    for shift in x * rng.uniform(0.55, 0.8) * np.array([-1, 1]):
+    for shift in x * rng.uniform(0.55, 0.8) * SIDES:
         if kind == "turned":
             heights = np.array([0, 0.1, 0.18, 0.45, 0.8, 0.93, 1]) * p.under
             b.lathe("leg", p.frame, np.column_stack([radii, heights]), (shift, 0, 0))
@@ -141,11 +140,11 @@ def picnic(b: Builder, rng: Rng, p: Plan) -> None:
     boards(b, rng, table, "table")
     for z in (-out, out):
         boards(b, np.random.default_rng(state), p, z=z)
+    post = LegStyle("square", p.side, stretch=(0.7, 1.4))
     low, top, tip = p.under - 0.06, table.under, out + 0.45 * p.depth
-    for x in p.length * rng.uniform(0.28, 0.4) * np.array([-1, 1]):
-        for sign in (-1, 1):
-            ends = (x, top, sign * 0.3 * wide), (x, 0, sign * 0.95 * out)
-            add_leg(b, "leg", p.frame, LegStyle("square", p.side), *ends, (0.7, 1.4))
+    for x in p.length * rng.uniform(0.28, 0.4) * SIDES:
+        heads, feet = ([(x, y, -z), (x, y, z)] for y, z in ((top, 0.3 * wide), (0, 0.95 * out)))
+        add_legs(b, "leg", p.frame, post, heads, feet)
         p.across(b, "leg", x, low, tip, 0.08)
         p.across(b, "leg", x, top - 0.03, 0.45 * wide, 0.06)
         beam(b, "leg", p.frame, (x, low, 0), (0.25 * x, top - 0.01, 0), 0.04, 0.06)
@@ -165,8 +164,8 @@ def bows(b: Builder, rng: Rng, p: Plan, backed: bool = False) -> None:
     style = LegStyle(draw(rng, ["square", "round"]), p.side)
     for angle in np.linspace(-0.92, 0.92, max(3, round(2 * half * inner / 0.7))) * half:
         out = vec(np.sin(angle), 0, np.cos(angle))
-        for r in (inner + 0.12 * p.depth, inner + 0.85 * p.depth):
-            add_leg(b, "leg", p.frame, style, r * out + low * UP, r * out)
+        feet = np.outer((inner + 0.12 * p.depth, inner + 0.85 * p.depth), out)
+        add_legs(b, "leg", p.frame, style, feet + low * UP, feet)
         level, rear = (low - 0.02) * UP, (outer - 0.012) * out
         beam(b, "leg", p.frame, (inner + 0.03) * out + level, outer * out + level, 0.04, 0.04)
         if backed:

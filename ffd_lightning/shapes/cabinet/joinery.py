@@ -50,8 +50,7 @@ def draw_joinery(rng: Rng, kinds: Sequence[str]) -> Joinery:
 def plank(b: Builder, part: str, material: Material, low: ArrayLike, high: ArrayLike) -> None:
     """Add a board with eased edges between two opposite corners, (3,) each."""
     a, c = np.asarray(low, float), np.asarray(high, float)
-    edge = 0.15 * float((c - a).min())
-    b.rounded_box(part, material, (a + c) / 2, c - a, edge, segments=1)
+    b.rounded_box(part, material, (a + c) / 2, c - a, 0.15 * float((c - a).min()), segments=1)
 
 
 _KNOB = ((0.005, -0.004), (0.005, 0.01), (0.015, 0.017), (0.013, 0.027), (0.004, 0.031))

@@ -10,7 +10,7 @@ from ffd_lightning.shapes.kit.boards import beam, pad, slats
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.sheets import sheet
 from ffd_lightning.shapes.kit.upholstery import ARMS, Seating, armed
-from ffd_lightning.shapes.kit.vectors import lean, vec
+from ffd_lightning.shapes.kit.vectors import SIDES, lean, vec
 
 
 def _posts(b: Builder, rng: Rng, p: Plan) -> tuple[float, float]:
@@ -107,7 +107,7 @@ def cushion(b: Builder, rng: Rng, p: Plan) -> None:
         radius = min(0.4 * tall, rng.uniform(0.02, 0.15))
         pad(b, "back", p.cover, p.back(0, low + (i + 0.5) * tall), size, radius, p.rake)
     if rng.random() < 0.5:
-        for x in (-0.42 * p.width, 0.42 * p.width):
+        for x in SIDES * 0.42 * p.width:
             post = p.back(x, -0.03, 0.01), p.back(x, p.rise - 0.05, 0.01)
             beam(b, "back", p.frame, *post, 0.025, 0.02)
     else:
@@ -127,8 +127,7 @@ def curved(b: Builder, rng: Rng, p: Plan) -> None:
         ups = low + t * (p.rise * (1 - drop) - low).clip(0.03)
         row = [p.back(half * np.sin(x), up) for x, up in zip(a, ups, strict=True)]
         grid.append(np.array(row) - np.outer(p.depth * 0.75 * (1 - np.cos(a)), [0, 0, 1]))
-    material = p.cover if rng.random() < 0.6 else p.frame
-    sheet(b, "back", material, grid, rng.uniform(0.012, 0.05))
+    sheet(b, "back", p.cover if rng.random() < 0.6 else p.frame, grid, rng.uniform(0.012, 0.05))
     for i in (3, 11) if spread < 1.2 else (0, 5, 9, 14):
         foot = grid[0][i] * (0.97, 0, 0.97)
         foot[1] = p.seat - 0.01
@@ -182,8 +181,7 @@ def rests(b: Builder, rng: Rng, p: Plan) -> None:
     """Add narrow or broad boards on posts, from the back to the front."""
     level, width = rng.uniform(0.18, 0.25), rng.uniform(0.035, 0.12)
     front, rear = -rng.uniform(0.2, 0.5) * p.depth, _reach(p, level) + 0.02
-    for side in (-1, 1):
-        x = side * (p.width / 2 - 0.01)
+    for x in SIDES * (p.width / 2 - 0.01):
         middle, size = (x, p.seat + level, (front + rear) / 2), (width, 0.026, rear - front)
         b.rounded_box("arm", p.frame, middle, size, 0.4 * width)
         foot, head = (0.97 * x, p.under, front + 0.06), (x, p.seat + level, front + 0.04)
@@ -194,8 +192,7 @@ def loops(b: Builder, rng: Rng, p: Plan) -> None:
     """Add bent tubes from the seat's side to the back, with or without a rest on them."""
     level, r = rng.uniform(0.18, 0.25), rng.uniform(0.01, 0.016)
     front, rear = -rng.uniform(0.15, 0.4) * p.depth, _reach(p, level)
-    for side in (-1, 1):
-        x = side * (p.width / 2 + 0.01)
+    for x in SIDES * (p.width / 2 + 0.01):
         path = [(x, p.seat + level, rear), (x, p.seat + level, front)]
         path += [(x, p.seat - 0.01, front + 0.03), (0.8 * x, p.seat - 0.01, front + 0.05)]
         b.tube("arm", p.frame, bend(path, 0.06), r, segments=8)
@@ -207,8 +204,7 @@ def loops(b: Builder, rng: Rng, p: Plan) -> None:
 def pads(b: Builder, rng: Rng, p: Plan) -> None:
     """Add padded rests on one post each, as office chairs have them."""
     level, length = rng.uniform(0.18, 0.25), rng.uniform(0.22, 0.3)
-    for side in (-1, 1):
-        x = side * (p.width / 2 + 0.03)
+    for x in SIDES * (p.width / 2 + 0.03):
         b.rounded_box("arm", p.cover, (x, p.seat + level, 0.02), (0.07, 0.028, length), 0.03)
         path = [(0, p.under, 0.05), (x, p.under, 0.05), (x, p.seat + level, 0.05)]
         b.tube("arm", p.frame, bend(path, 0.05), 0.014, segments=8)

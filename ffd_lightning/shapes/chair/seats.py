@@ -11,7 +11,7 @@ from ffd_lightning.shapes.kit.legs import add_legs, draw_leg_style, stretchers
 from ffd_lightning.shapes.kit.paths import bend, circle, corners
 from ffd_lightning.shapes.kit.sheets import sheet
 from ffd_lightning.shapes.kit.upholstery import Seating, boxed
-from ffd_lightning.shapes.kit.vectors import UP, Array, vec
+from ffd_lightning.shapes.kit.vectors import SIDES, UP, Array, vec
 
 
 def _four(rng: Rng, p: Plan, lift: float = 0.0) -> tuple[Array, Array]:
@@ -109,10 +109,9 @@ def rockers(b: Builder, rng: Rng, p: Plan) -> None:
     tops, feet = _four(rng, p, lift=0.05)
     add_legs(b, "leg", p.frame, draw_leg_style(rng, (0.028, 0.042), 0.0), tops, feet)
     stretchers(b, "leg", p.frame, feet + 0.5 * (tops - feet), 0.016, draw(rng, ["box", "h"]))
-    z = np.linspace(-0.7 * p.depth, 0.9 * p.depth, 13)
+    along = np.linspace(-0.7 * p.depth, 0.9 * p.depth, 13)
     for x in feet[:2, 0]:
-        runner = [(x, 0.02 + 0.5 * at**2, at) for at in z]
-        b.tube("leg", p.frame, runner, 0.016, segments=8)
+        b.tube("leg", p.frame, [(x, 0.02 + 0.5 * z**2, z) for z in along], 0.016, segments=8)
 
 
 def scissors(b: Builder, rng: Rng, p: Plan) -> None:
@@ -132,8 +131,7 @@ def sides(b: Builder, rng: Rng, p: Plan) -> None:
     """Add two boards or two frames as sides."""
     wide, framed = rng.uniform(0.02, 0.045), rng.random() < 0.5
     z, low, high = 0.47 * p.depth, 0.02, p.under - 0.02
-    for side in (-1, 1):
-        x = side * (p.width / 2 - wide / 2 - 0.005)
+    for x in SIDES * (p.width / 2 - wide / 2 - 0.005):
         if framed:
             ring = np.array([(x, low, -z), (x, high, -z), (x, high, z), (x, low, z)])
             rails(b, "leg", p.frame, ring, wide, 0.045)

@@ -22,6 +22,7 @@ class LegStyle:
     thickness: float  # across the leg at its widest
     profile: tuple[Pair, ...] = ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0))
     """(height from foot 0 to top 1, fraction of the thickness) rows."""
+    stretch: Pair = (1.0, 1.0)  # scales its x and z sides
 
     @property
     def plain(self) -> bool:
@@ -47,38 +48,24 @@ def draw_leg_style(rng: Rng, thickness: Pair, hairpin: float = 0.1) -> LegStyle:
     return LegStyle(kind, across, profile)
 
 
-def add_leg(
-    b: Builder,
-    part: str,
-    material: Material,
-    style: LegStyle,
-    top: ArrayLike,
-    foot: ArrayLike,
-    stretch: Pair = (1.0, 1.0),
+def add_legs(
+    b: Builder, part: str, material: Material, style: LegStyle, tops: ArrayLike, feet: ArrayLike
 ) -> None:
-    """Add a leg from `top` to `foot`, both its ends level; `stretch` scales its x and z sides."""
-    low, high = np.asarray(foot, float), np.asarray(top, float)
-    if not style.plain:
-        rod, spread = max(0.008, 0.16 * style.thickness), 0.9 * style.thickness
-        ends = high + spread * np.array([[-1, 0, 1], [1, 0, -1]])
-        path = bend([ends[0], low + rod * UP, ends[1]], 0.4 * style.thickness)
-        b.tube(part, material, path, rod, segments=8)
-        return
+    """Add a leg from each of `tops` to the same row of `feet`, both (n, 3), its ends level."""
     if style.section == "square":
         flat = np.array([(1, 0.8), (0.8, 1), (-0.8, 1), (-1, 0.8)])
         ring = np.concatenate([flat, -flat])
     else:
         ring = circle(16, 1.0, 0.0)[:, [0, 2]]
-    level = np.insert(ring * np.asarray(stretch) * style.thickness / 2, 1, 0, axis=1)
-    b.loft(part, material, [s * level + low + t * (high - low) for t, s in style.profile])
-
-
-def add_legs(
-    b: Builder, part: str, material: Material, style: LegStyle, tops: Array, feet: Array
-) -> None:
-    """Add one leg from each of `tops` to the same row of `feet`, both (n, 3)."""
-    for top, foot in zip(tops, feet, strict=True):
-        add_leg(b, part, material, style, top, foot)
+    level = np.insert(ring * np.asarray(style.stretch) * style.thickness / 2, 1, 0, axis=1)
+    rod, spread = max(0.008, 0.16 * style.thickness), 0.9 * style.thickness
+    for high, low in zip(np.asarray(tops, float), np.asarray(feet, float), strict=True):
+        if style.plain:
+            b.loft(part, material, [s * level + low + t * (high - low) for t, s in style.profile])
+        else:
+            ends = high + spread * np.array([[-1, 0, 1], [1, 0, -1]])
+            path = bend([ends[0], low + rod * UP, ends[1]], 0.4 * style.thickness)
+            b.tube(part, material, path, rod, segments=8)
 
 
 def stretchers(
@@ -109,11 +96,11 @@ def add_trestles(
     kind, (reach, top, side) = draw(rng, ["x", "a", "h", "t"]), sizes
     level = {"x": 0.5, "a": 0.35, "h": 0.3, "t": 0.4}[kind] * top
     high, low = {"x": (-0.9, 0.9), "a": (0.3, 0.9), "h": (0.6, 0.6), "t": (0.0, 0.0)}[kind]
-    stretch = (0.8, 2.0 if kind == "t" else 1.0)
+    post = LegStyle("square", side, stretch=(0.8, 2.0 if kind == "t" else 1.0))
     for x in ends:
         for sign in (-1, 1) if kind != "t" else (1,):
             head, foot = (x, top - 0.5 * side, sign * high * reach), (x, 0.0, sign * low * reach)
-            add_leg(b, "leg", material, LegStyle("square", side), head, foot, stretch)
+            add_legs(b, "leg", material, post, [head], [foot])
         if kind in ("a", "h"):
             z = (0.35 * high + 0.65 * low) * reach
             beam(b, "leg", material, (x, level, -z), (x, level, z), 0.5 * side, 0.7 * side)

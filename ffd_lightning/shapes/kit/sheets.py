@@ -30,23 +30,15 @@ def sheet(b: Builder, part: str, material: Material, grid: ArrayLike, thickness:
 
 
 def arc(
-    b: Builder,
-    part: str,
-    material: Material,
-    radii: Pair,
-    heights: tuple[ArrayLike, ArrayLike],
-    angles: Array,
+    b: Builder, part: str, material: Material, radii: Pair, heights: Pair, angles: Array
 ) -> None:
-    """Sweep a chamfered rectangle around the y axis; angle 0 is +z, heights may vary with it."""
-    low, high = (np.broadcast_to(np.asarray(h, float), len(angles)) for h in heights)
+    """Sweep a chamfered rectangle around the y axis; angle 0 is +z."""
     flat = np.array(
         [(0, 0.06), (0.1, 0), (0.9, 0), (1, 0.06), (1, 0.9), (0.88, 1), (0.12, 1), (0, 0.9)]
     )
-    rings = []
-    for angle, bottom, top in zip(angles, low, high, strict=True):
-        r = radii[0] + flat[:, 0] * (radii[1] - radii[0])
-        y = bottom + flat[:, 1] * (top - bottom)
-        rings.append(np.stack([r * np.sin(angle), y, r * np.cos(angle)], 1))
+    r = radii[0] + flat[:, 0] * (radii[1] - radii[0])
+    y = heights[0] + flat[:, 1] * (heights[1] - heights[0])
+    rings = [np.stack([r * np.sin(angle), y, r * np.cos(angle)], 1) for angle in angles]
     b.loft(part, material, rings)
 
 

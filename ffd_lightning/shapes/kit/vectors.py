@@ -12,6 +12,8 @@ Triple = tuple[float, float, float]
 """A point as (x, y, z), or a size as (width, height, depth) where nothing else is said."""
 UP = np.array([0.0, 1.0, 0.0])
 UNTURNED = np.eye(3)
+SIDES = np.array([-1, 1])
+"""The sign of x at the left and at the right."""
 
 
 def vec(x: float, y: float, z: float) -> Array:

@@ -97,8 +97,7 @@ def corner(rng: Rng, p: Seating, wings: int) -> list[Row]:
         x, degrees = side * (p.width + p.arm - p.depth) / 2, 90.0 * side
         own = replace(p, seats=count, width=reach, ends=(side,) if rng.random() < 0.6 else ())
         behind = replace(p, seats=count + 1, width=reach + p.depth - p.thick)
-        at = (x, 0, -(p.depth + reach) / 2)
-        rows.append(Row(own, ("base", "seat", "arms"), degrees, at))
+        rows.append(Row(own, ("base", "seat", "arms"), degrees, (x, 0, -(p.depth + reach) / 2)))
         rows.append(Row(behind, ("back",), degrees, (x, 0, -(reach + p.thick) / 2)))
     return rows
 
