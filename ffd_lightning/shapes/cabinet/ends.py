@@ -133,7 +133,7 @@ def hutch(b: Builder, rng: Rng, p: Plan) -> None:
             plank(b, "body", p.style.body, (x, bottom, z), (x + t, *end))
         plank(b, "body", p.style.body, (-wide / 2, bottom, end[1] - 0.015), (wide / 2, *end))
     bottom += gap
-    bay, count = carcass(b, p.style, (wide, rise, deep), (0.0, z), bottom), round(wide / 0.5)
+    bay, count = carcass(b, p.style, (wide, rise, deep), (0, bottom, z)), round(wide / 0.5)
     if rng.random() < 0.35:
         for cell in bay.split(max(1, count - 1), across=True):
             fill(rng, cell, "open")
@@ -172,7 +172,7 @@ def wall(b: Builder, rng: Rng, p: Plan) -> None:
     tiles, z = Material(pick_material(rng, "plastic").color, "checker", 5.0), p.depth / 2
     low, high = (-p.width / 2, p.top, z - 0.02), (p.width / 2, p.top + gap + 0.05, z)
     plank(b, "body", tiles, low, high)
-    bay = carcass(b, p.style, (p.width, rise, deep), (0.0, z - deep / 2), p.top + gap + 0.03)
+    bay = carcass(b, p.style, (p.width, rise, deep), (0, p.top + gap + 0.03, z - deep / 2))
     for cell in bay.split(max(1, round(p.width / 0.6)), across=True):
         fill(rng, cell, draw(rng, ["door", "door", "glass", "open"]))
 

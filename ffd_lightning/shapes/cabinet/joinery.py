@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import bend
-from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, Triple, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, lean, vec
 
 BOARD = 0.02
 """Thickness of fronts and inner boards in metres."""
@@ -207,19 +207,10 @@ def _grip(b: Builder, style: Joinery, at: Triple, length: float, way: Array) -> 
 
 
 def carcass(
-    b: Builder,
-    style: Joinery,
-    size: Triple,
-    center: Pair = (0.0, 0.0),
-    bottom: float = 0.0,
-    back: bool = True,
+    b: Builder, style: Joinery, size: Triple, foot: Triple = (0, 0, 0), back: bool = True
 ) -> Bay:
-    """Add sides, top, bottom and back of `size` (width, height, depth); return the opening.
-
-    `center` is (x, z) of the middle; the carcass stands at height `bottom`.
-    """
-    width, height, depth = size
-    (x, z), t = center, style.board
+    """Add sides, top, bottom and back of `size` above the point `foot`; return the opening."""
+    (width, height, depth), (x, bottom, z), t = size, foot, style.board
     left, right, top = x - width / 2, x + width / 2, bottom + height
     front, rear = z - depth / 2, z + depth / 2
     plank(b, "body", style.body, (left, bottom, front), (left + t, top, rear))

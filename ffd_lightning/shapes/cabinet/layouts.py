@@ -10,7 +10,7 @@ from ffd_lightning.shapes.cabinet.joinery import BOARD, Bay, carcass, plank
 from ffd_lightning.shapes.cabinet.plan import Plan
 from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import corners
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.vectors import SIDES, vec
 
 
 def fill(rng: Rng, bay: Bay, kind: str) -> None:
@@ -113,7 +113,7 @@ def cells(b: Builder, rng: Rng, p: Plan) -> None:
         rows = max(1, tallest - i) if stairs else tallest
         x = direction * (i - (across - 1) / 2) * (cell - p.style.board)
         size = (cell, rows * (cell - p.style.board) + p.style.board, p.depth)
-        bay = carcass(b, replace(p.style, inset=True), size, (x, 0.0))
+        bay = carcass(b, replace(p.style, inset=True), size, (x, 0, 0))
         for level in bay.split(rows, across=False, gap=p.style.board):
             if rng.random() < share:
                 fill(rng, level, draw(rng, ["door", "drawers"]))
@@ -141,8 +141,8 @@ def towers(b: Builder, rng: Rng, p: Plan) -> None:
     sides, wide = [(-1,), (1,), (-1, 1), (-1, 1)][int(rng.integers(4))], rng.uniform(0.28, 0.65)
     rise, kind = p.height + rng.uniform(0.3, 1.6), draw(rng, ["door", "glass", "open", "mixed"])
     for side in sides:
-        at = (side * (p.width + wide) / 2 - side * 0.004, 0.0)
-        fill(rng, carcass(b, p.style, (wide, rise, p.depth), at), kind)
+        x = side * (p.width + wide) / 2 - side * 0.004
+        fill(rng, carcass(b, p.style, (wide, rise, p.depth), (x, 0, 0)), kind)
     if len(sides) == 2 and rng.random() < 0.6:
         y, x = rise - rng.uniform(0.03, 0.4) * (rise - p.height), p.width / 2 + 0.005
         plank(b, "shelf", p.style.body, (-x, y - 0.03, 0), (x, y, p.depth / 2))
@@ -152,11 +152,10 @@ def kneehole(b: Builder, rng: Rng, p: Plan) -> None:
     """Put a case at each end and a drawer between them, with room for the knees below it."""
     wide, shallow = rng.uniform(0.2, 0.36) * p.width, rng.uniform(0.12, 0.18)
     rows = int(rng.integers(1, 5))
-    for side in (-1, 1):
-        size, at = (wide, p.height, p.depth), (side * (p.width - wide) / 2, 0.0)
-        carcass(b, p.style, size, at, p.foot).drawers(rows)
+    for x in SIDES * (p.width - wide) / 2:
+        carcass(b, p.style, (wide, p.height, p.depth), (x, p.foot, 0)).drawers(rows)
     size = (p.width - 2 * wide + 0.01, shallow, p.depth)
-    carcass(b, p.style, size, bottom=p.top - shallow).drawers(1)
+    carcass(b, p.style, size, (0, p.top - shallow, 0)).drawers(1)
 
 
 def files(b: Builder, rng: Rng, p: Plan) -> None:

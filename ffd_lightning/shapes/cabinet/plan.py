@@ -31,7 +31,7 @@ class Plan:
     def case(self, b: Builder, back: bool = True) -> Bay:
         """Add the case; return its opening."""
         size = (self.width, self.height, self.depth)
-        return carcass(b, self.style, size, bottom=self.foot, back=back)
+        return carcass(b, self.style, size, (0, self.foot, 0), back)
 
 
 _SIZES = {  # how frequent, then ranges of width, height, depth

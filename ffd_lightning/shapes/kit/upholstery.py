@@ -92,9 +92,8 @@ class Seating:
         if wide > 1.5:
             feet = np.concatenate([feet, feet[[0, 2]] * vec(0, 1, 1)])
         out = 1.02 if ankle < 0.7 else 1.0
-        add_legs(
-            b, "leg", self.frame, style, feet + (self.foot + 0.02) * UP, feet * vec(out, 1, out)
-        )
+        tops = feet + (self.foot + 0.02) * UP
+        add_legs(b, "leg", self.frame, style, tops, feet * vec(out, 1, out))
 
     def add_pad(
         self, b: Builder, cover: Material, at: Triple, size: Triple, radius: float, tip: float = 0
