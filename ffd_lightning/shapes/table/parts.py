@@ -210,13 +210,12 @@ def panels(b: Builder, rng: Rng, p: Plan, waist: float = 0.0) -> None:
     """Add a board at each end, narrower in the middle by up to the part `waist`."""
     x, y, z = p.posts(1)[2]
     waist *= rng.uniform(0.3, 1.0)
-    flat = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    rings = []
+    for t in np.linspace(0, 1, 9):
+        reach = (z - p.z + p.side / 2) * (1 - waist * np.sin(np.pi * t) ** 2)
+        rings.append(corners(p.side, 2 * reach, t * y, p.z))
     for side in (-x, x):
-        rings = []
-        for t in np.linspace(0, 1, 9):
-            reach = p.side / 2, (z - p.z + p.side / 2) * (1 - waist * np.sin(np.pi * t) ** 2)
-            rings.append(np.insert(flat * reach, 1, t * y, axis=1) + [side, 0, p.z])
-        b.loft("leg", p.base, rings)
+        b.loft("leg", p.base, [ring + vec(side, 0, 0) for ring in rings])
 
 
 def trestle(b: Builder, rng: Rng, p: Plan) -> None:

@@ -82,17 +82,13 @@ def draw_plan(rng: Rng, outline: Array, corners: Array, height: float, *, flush:
     return Plan(outline, corners, height, thick, side, inset, splay, top, base)
 
 
-_SIZES = {  # how frequent, the lowest and the highest width, depth, height
-    "dining": (2, (1.1, 0.7, 0.66), (2.6, 1.15, 0.8)),
-    "coffee": (3, (0.6, 0.4, 0.24), (1.6, 0.9, 0.54)),
-    "side": (3.2, (0.28, 0.28, 0.34), (0.68, 0.66, 0.84)),
-    "bar": (1.4, (0.5, 0.4, 0.9), (1.7, 0.75, 1.2)),
-    "console": (1.8, (0.7, 0.22, 0.64), (1.8, 0.45, 0.95)),
-    "desk": (2.8, (0.9, 0.45, 0.68), (1.9, 0.9, 0.8)),
-}
-USES = tuple(
-    Component(name, weight, partial(Rng.uniform, low=low, high=high))
-    for name, (weight, low, high) in _SIZES.items()
+USES = (  # they draw width, depth, height
+    Component("dining", 2, partial(Rng.uniform, low=(1.1, 0.7, 0.66), high=(2.6, 1.15, 0.8))),
+    Component("coffee", 3, partial(Rng.uniform, low=(0.6, 0.4, 0.24), high=(1.6, 0.9, 0.54))),
+    Component("side", 3.2, partial(Rng.uniform, low=(0.28, 0.28, 0.34), high=(0.68, 0.66, 0.84))),
+    Component("bar", 1.4, partial(Rng.uniform, low=(0.5, 0.4, 0.9), high=(1.7, 0.75, 1.2))),
+    Component("console", 1.8, partial(Rng.uniform, low=(0.7, 0.22, 0.64), high=(1.8, 0.45, 0.95))),
+    Component("desk", 2.8, partial(Rng.uniform, low=(0.9, 0.45, 0.68), high=(1.9, 0.9, 0.8))),
 )
 
 Shape = tuple[Array, Array]
