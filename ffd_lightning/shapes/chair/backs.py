@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.chair.plan import Plan
+from ffd_lightning.shapes.chair.seats import FRAMED
 from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing
 from ffd_lightning.shapes.kit.boards import beam, pad, slats
 from ffd_lightning.shapes.kit.paths import bend
@@ -153,16 +154,15 @@ def loose(b: Builder, rng: Rng, s: Seating) -> None:
     s.add_loose_back(b, rng.uniform(0.0, 0.12))
 
 
-_FRAMED = ("legs", "tripod", "sled", "column", "rockers", "scissors", "sides", "cantilever")
 _WOODEN = ("legs", "rockers", "scissors", "sides")
 _FLAT = ("board", "cushion", "pad", "boards")
 BACKS = (
     Component("open", 6, nothing, {"use": ("bar",), "seat": (*_FLAT, "disc")}),
-    Component("ladder", 2.2, ladder, {"base": _FRAMED, "seat": _FLAT}),
+    Component("ladder", 2.2, ladder, {"base": FRAMED, "seat": _FLAT}),
     Component("spindles", 1.6, spindles, {"base": _WOODEN, "seat": ("board", "cushion")}),
     Component("cross", 0.7, cross, {"base": _WOODEN, "seat": ("board", "cushion", "pad")}),
-    Component("panel", 1.6, panel, {"base": _FRAMED, "seat": _FLAT}),
-    Component("hoop", 1, hoop, {"base": _FRAMED, "seat": ("board", "cushion", "disc")}),
+    Component("panel", 1.6, panel, {"base": FRAMED, "seat": _FLAT}),
+    Component("hoop", 1, hoop, {"base": FRAMED, "seat": ("board", "cushion", "disc")}),
     Component("planks", 1, planks, {"base": _WOODEN, "seat": ("board", "boards")}),
     Component("cushion", 2.6, cushion, {"seat": ("pad", "cushion")}),
     Component("curved", 1.6, curved, {"seat": (*_FLAT, "disc")}),
@@ -213,7 +213,7 @@ def pads(b: Builder, rng: Rng, p: Plan) -> None:
 _STANDING = {"use": ("dining", "lounge"), "seat": _FLAT}
 _OPEN = ("ladder", "spindles", "cross", "panel", "planks", "cushion")
 ARM_KINDS = (
-    Component("none", 7, nothing, {"base": (*_FRAMED, "star")}),
+    Component("none", 7, nothing, {"base": (*FRAMED, "star")}),
     Component("rests", 2.2, rests, _STANDING | {"back": _OPEN}),
     Component("loops", 1, loops, _STANDING | {"back": ("cushion", "panel", "ladder")}),
     Component("pads", 8, pads, {"base": ("star",), "seat": ("pad",)}),

@@ -230,10 +230,11 @@ def shell(b: Builder, rng: Rng, p: Plan) -> None:
 
 
 _PLAIN = ("legs", "tripod", "sled", "column", "rockers", "scissors", "sides")
+FRAMED = (*_PLAIN, "cantilever")
 SEATS = (
     Component("board", 3, board, {"base": _PLAIN}),
-    Component("cushion", 2.5, cushion, {"base": (*_PLAIN, "cantilever")}),
-    Component("pad", 2.5, pad, {"base": (*_PLAIN, "cantilever", "star")}),
+    Component("cushion", 2.5, cushion, {"base": FRAMED}),
+    Component("pad", 2.5, pad, {"base": (*FRAMED, "star")}),
     Component("boards", 1, boards, {"base": ("legs", "sled", "rockers", "scissors", "sides")}),
     Component("disc", 4, disc, {"base": ("tripod", "column"), "use": ("bar",)}),
     Component("shell", 1.2, shell, {"base": ("legs", "sled", "column", "star", "rockers")}),
