@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material
-from ffd_lightning.shapes.kit.vectors import UNTURNED, Array, Triple, lean
+from ffd_lightning.shapes.kit.vectors import UNTURNED, Array, Point, Triple, lean
 
 
 def beam(
-    b: Builder,
-    part: str,
-    material: Material,
-    start: ArrayLike,
-    end: ArrayLike,
-    width: float,
-    height: float,
+    b: Builder, part: str, material: Material, start: Point, end: Point, width: float, height: float
 ) -> None:
     """Add a straight bar with chamfered edges; `height` is its side nearest to upright."""
     first, last = np.asarray(start, float), np.asarray(end, float)
@@ -41,9 +34,9 @@ def slats(
     b: Builder,
     part: str,
     material: Material,
-    first: ArrayLike,
-    last: ArrayLike,
-    size: ArrayLike,
+    first: Point,
+    last: Point,
+    size: Triple,
     count: int,
     turn: Array = UNTURNED,
 ) -> None:
@@ -59,7 +52,7 @@ def pad(
     b: Builder,
     part: str,
     material: Material,
-    center: ArrayLike,
+    center: Point,
     size: Triple,
     radius: float,
     degrees: float = 0.0,

@@ -8,6 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
 """Two ends of a range, or two sides."""
+Point = ArrayLike
+"""A point (3,), an array or a tuple."""
 Triple = tuple[float, float, float]
 """A point as (x, y, z), or a size as (width, height, depth) where nothing else is said."""
 UP = np.array([0.0, 1.0, 0.0])
