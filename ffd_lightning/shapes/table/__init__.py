@@ -6,15 +6,14 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
 from ffd_lightning.shapes.table.parts import BASES, BRACES, EXTRAS, TOPS
-from ffd_lightning.shapes.table.plan import SHAPES, USES, draw_plan
+from ffd_lightning.shapes.table.plan import BOX, SHAPES, USES, draw_plan
 
 
 def assemble(rng: Rng, chosen: Chosen) -> Builder:
     """Build a table of its components, and smaller ones alike that are pulled out from it."""
     b, (width, depth, height) = Builder(), chosen["use"].build(rng)
     outline, corners = chosen["shape"].build(rng, width, depth)
-    flush = chosen["shape"].name in ("rectangle", "square")
-    plan = draw_plan(rng, outline, corners, height, flush=flush)
+    plan = draw_plan(rng, outline, corners, height, flush=chosen["shape"].name in BOX)
     nest = chosen["extra"].name == "nest"
     if nest:
         side = min(plan.side, 0.04)

@@ -17,7 +17,7 @@ from ffd_lightning.shapes.kit.legs import (
 )
 from ffd_lightning.shapes.kit.paths import bend, circle, corners
 from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, vec
-from ffd_lightning.shapes.table.plan import SHAPES, Plan
+from ffd_lightning.shapes.table.plan import BOX, SHAPES, Plan
 
 
 def solid(b: Builder, rng: Rng, p: Plan) -> None:
@@ -291,18 +291,17 @@ def bracket(b: Builder, rng: Rng, p: Plan) -> None:
     b.rounded_box("leg", p.base, ((foot[0] - width) / 2, thick / 2, 0), foot, 0.1 * thick)
 
 
-_BOX = ("rectangle", "square")
-_ENDED = (*_BOX, "rounded", "bowed")
+_ENDED = (*BOX, "rounded", "bowed")
 _LOW = ("coffee", "side")
 _FREE = {"top": ("solid", "planks", "framed", "tray")}  # no leaves in the way
 _PLAIN = _FREE | {"shape": _ENDED}
 _EVEN = tuple(shape.name for shape in SHAPES if shape.name not in ("pebble", "half"))
 TOPS = (
     Component("solid", 8, solid),
-    Component("planks", 1.5, planks, {"shape": _BOX}),
+    Component("planks", 1.5, planks, {"shape": BOX}),
     Component("framed", 1.2, framed, {"shape": _EVEN}),
     Component("tray", 2, tray, {"use": _LOW}),
-    Component("leaves", 2.5, leaves, {"use": ("dining", "side"), "shape": _BOX}),
+    Component("leaves", 2.5, leaves, {"use": ("dining", "side"), "shape": BOX}),
 )
 BASES = (
     Component("legs", 4.5, legs),
@@ -314,8 +313,8 @@ BASES = (
     Component("pedestal", 2.5, pedestal, _FREE | {"use": ("dining", "bar", *_LOW)}),
     Component("drum", 1, drum, _FREE | {"use": _LOW}),
     Component("crossed", 0.7, crossed, _FREE | {"use": ("dining", *_LOW)}),
-    Component("bracket", 1, bracket, _FREE | {"use": ("side",), "shape": _BOX}),
-    Component("case", 1.8, case, _FREE | {"use": _LOW, "shape": _BOX}),
+    Component("bracket", 1, bracket, _FREE | {"use": ("side",), "shape": BOX}),
+    Component("case", 1.8, case, _FREE | {"use": _LOW, "shape": BOX}),
     Component("chests", 7, chests, {"use": ("desk",), "shape": ("rectangle",)}),
 )
 _DESK = {"use": ("desk",), "shape": ("rectangle",)}
@@ -327,8 +326,8 @@ BRACES = (
     Component("shelves", 3, shelves, {"base": _JOINED, "use": (*_LOW, "console", "bar")}),
     Component("beam", 2, beamed, {"base": ("panels", "curved")}),
 )
-_OPEN = {"base": (*_JOINED, "cabriole"), "shape": _BOX, "brace": ("none", "shelves")}
-_NESTED = {"use": _LOW, "shape": _BOX, "base": _JOINED, "brace": ("none",)}
+_OPEN = {"base": (*_JOINED, "cabriole"), "shape": BOX, "brace": ("none", "shelves")}
+_NESTED = {"use": _LOW, "shape": BOX, "base": _JOINED, "brace": ("none",)}
 EXTRAS = (
     Component("none", 3, nothing),
     Component("drawers", 2.5, drawers, _OPEN),

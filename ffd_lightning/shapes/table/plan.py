@@ -142,6 +142,8 @@ def half_round(rng: Rng, width: float, depth: float) -> Shape:
     return points[:30], points[30:]
 
 
+BOX = ("rectangle", "square")
+"""The shapes with four right angles, whose legs may stand at the very corners."""
 _ROUND = {"use": ("dining", "coffee", "side", "bar")}
 SHAPES = (
     Component("rectangle", 8, rectangle),
