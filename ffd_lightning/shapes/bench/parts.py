@@ -1,7 +1,5 @@
 """Seats of benches, what carries them, backs in the frame of `Plan.back`, and arms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise

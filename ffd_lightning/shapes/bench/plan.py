@@ -1,7 +1,5 @@
 """What the components of a bench share: sizes, materials, the frame of its back. Metres."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

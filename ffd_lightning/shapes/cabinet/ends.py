@@ -1,7 +1,5 @@
 """What a cabinet stands on and what it ends with."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

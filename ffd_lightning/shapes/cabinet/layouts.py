@@ -1,7 +1,5 @@
 """How the front of a cabinet is laid out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

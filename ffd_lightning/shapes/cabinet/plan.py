@@ -1,7 +1,5 @@
 """What the components of a cabinet share, and the outlines of its plan. Metres."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Backs of chairs, drawn in the frame of `Plan.back`, and arms."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ffd_lightning.shapes.chair.plan import Plan

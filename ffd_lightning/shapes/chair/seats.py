@@ -1,7 +1,5 @@
 """Seats of chairs, shells that are seat and back in one, and what carries them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ffd_lightning.shapes.chair.plan import Plan

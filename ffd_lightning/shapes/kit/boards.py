@@ -1,7 +1,5 @@
 """What is sawn: beams, rails, slats, panels."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material

@@ -1,7 +1,5 @@
 """Primitives, collected into one mesh with part labels and materials."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

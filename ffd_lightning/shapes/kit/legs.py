@@ -1,7 +1,5 @@
 """Legs of furniture and the stretchers that join them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Colours and patterns, what common surfaces are of, and choices by name."""
 
-from __future__ import annotations
-
 import colorsys
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Rows of points: corners, circles, bent polylines."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

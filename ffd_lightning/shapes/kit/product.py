@@ -1,7 +1,5 @@
 """A category as a product of components: its slots, what fills them, what goes together."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Cross-sections of swept bodies."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is bent: curved sheets, arcs, and all that a builder is given."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Padded seats as sofas and armchairs have them: cushions, feet, backs, arms. Metres."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Vectors and rotations: y is up, the front is -z, matrices turn columns."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

@@ -1,7 +1,5 @@
 """What a sofa stands on, its seats, its backs and its arms."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

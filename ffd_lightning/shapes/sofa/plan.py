@@ -1,7 +1,5 @@
 """The rows of seats that make up a sofa: sizes, materials, places. Metres."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Tops of tables, what carries them, and what is below and on them."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the components of a table share: outline, sizes, materials, where its legs stand. Metres."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
