@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw
 from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, Triple, about_y, lean, vec
-from ffd_lightning.shapes.speaker.drivers import BLACK, Finish, add_driver, add_port
+from ffd_lightning.shapes.speaker.drivers import BLACK, Finish, driver, port
 
 Units = list[tuple[str, float]]
 """What is mounted in a front: (kind, radius) each."""
@@ -164,6 +164,6 @@ def _add_bay(b: Builder, cabinet: Cabinet, finish: Finish, bay: Bay) -> None:
         throat = [cabinet.world(_lift(s * hole, 0.79 * deep, bay.center)) for s in (0.32, 0.02)]
         b.loft("port", BLACK, throat, caps=False)
     elif bay.kind == "port":
-        add_port(b, finish, center, bay.radius, deep, cabinet.turn)
+        port(b, finish, center, bay.radius, deep, cabinet.turn)
     else:
-        add_driver(b, finish, bay.kind, center, bay.radius, cabinet.turn)
+        driver(b, finish, bay.kind, center, bay.radius, cabinet.turn)

@@ -46,36 +46,34 @@ def draw_cloth(rng: Rng) -> Material:
     return Material(color, pattern, 5.0, seed=int(rng.integers(1 << 30)))
 
 
-def add_skin(
-    b: Builder, part: str, material: Material, rows: ArrayLike, at: ArrayLike, turn: Array
-) -> None:
+def skin(b: Builder, part: str, paint: Material, rows: ArrayLike, at: Array, turn: Array) -> None:
     """Add a surface turned about the forward axis through `at`; rows are (radius, out) in units."""
     count = 24 if np.max(rows) > 0.05 else 16  # few faces where they are small
     a = 2 * np.pi * np.arange(count) / count
     circle = np.stack([np.cos(a), np.sin(a), 0 * a], 1)
-    rings = [(r * circle - vec(0, 0, out)) @ turn.T + np.asarray(at) for r, out in np.asarray(rows)]
-    b.loft(part, material, rings, caps=False)
+    rings = [(r * circle - vec(0, 0, out)) @ turn.T + at for r, out in np.asarray(rows)]
+    b.loft(part, paint, rings, caps=False)
 
 
-def add_port(b: Builder, finish: Finish, at: Array, r: float, depth: float, turn: Array) -> None:
+def port(b: Builder, finish: Finish, at: Array, r: float, depth: float, turn: Array) -> None:
     """Add a flared bass port of radius `r` that goes `depth` into the body."""
     rows = [(1.0, 0.0), (1.0, 0.06), (0.9, 0.07), (0.75, -0.15), (0.7, -depth / r)]
-    add_skin(b, "port", finish.rim, r * np.array(rows), at, turn)
-    add_skin(b, "port", BLACK, [(0.71 * r, -0.98 * depth), (0.05 * r, -depth)], at, turn)
+    skin(b, "port", finish.rim, r * np.array(rows), at, turn)
+    skin(b, "port", BLACK, [(0.71 * r, -0.98 * depth), (0.05 * r, -depth)], at, turn)
 
 
-def add_driver(b: Builder, finish: Finish, kind: str, at: Array, r: float, turn: Array) -> None:
+def driver(b: Builder, finish: Finish, kind: str, at: Array, r: float, turn: Array) -> None:
     """Add a "woofer" (rim, surround, sunk cone, cap) or a "tweeter" (plate, dome) of radius `r`."""
     rim = (finish.rim, [(1.0, -0.01), (1.0, 0.05), (0.97, 0.08), (0.86, 0.08), (0.84, 0.03)])
     if kind == "tweeter":
-        skins = [rim, (finish.rim, [(0.85, 0.04), (0.5, -0.05), (0.42, -0.06), (0.36, -0.02)])]
+        layers = [rim, (finish.rim, [(0.85, 0.04), (0.5, -0.05), (0.42, -0.06), (0.36, -0.02)])]
         steps, wide, tall, sink = 6, 0.38, 0.3, 0.04
     else:
         roll = (BLACK, [(0.85, 0.03), (0.82, 0.09), (0.77, 0.11), (0.72, 0.08), (0.7, 0.0)])
-        skins = [rim, roll, (finish.cone, [(0.71, 0.01), (0.45, -0.17), (0.24, -0.34)])]
+        layers = [rim, roll, (finish.cone, [(0.71, 0.01), (0.45, -0.17), (0.24, -0.34)])]
         steps, wide, tall, sink = 5, 0.27, 0.16, 0.33
-    for skin, rows in skins:
-        add_skin(b, "driver", skin, r * np.array(rows), at, turn)
+    for material, rows in layers:
+        skin(b, "driver", material, r * np.array(rows), at, turn)
     a = np.linspace(0, 1.5, steps)
     cap = r * np.stack([wide * np.cos(a), tall * np.sin(a) - sink], 1)
     b.lathe("driver", finish.cap, cap, at, segments=20, turn=turn @ FORWARD)

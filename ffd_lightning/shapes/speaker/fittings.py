@@ -14,9 +14,7 @@ from ffd_lightning.shapes.speaker.boxes import Cabinet
 from ffd_lightning.shapes.speaker.drivers import FORWARD
 
 
-def add_grille(
-    b: Builder, cloth: Material, cabinet: Cabinet, low: float = 0.0, high: float = 1.0
-) -> None:
+def grille(b: Builder, cloth: Material, cabinet: Cabinet, low: float = 0, high: float = 1) -> None:
     """Cover the front with a framed cloth, from the share `low` of its height to `high`."""
     wide, tall = cabinet.face
     center = cabinet.world((0, ((low + high) / 2 - 0.5) * tall, -0.012))
@@ -25,7 +23,7 @@ def add_grille(
     b.rounded_box("grille", cloth, center, size, radius=0.03 * wide + 0.005, edge=0.01, turn=turn)
 
 
-def add_handle(b: Builder, material: Material, ends: ArrayLike, rise: float, size: float) -> None:
+def handle(b: Builder, material: Material, ends: ArrayLike, rise: float, size: float) -> None:
     """Add a strap between two points (2, 3), `rise` above them."""
     start, end = np.asarray(ends, float)
     t = np.linspace(0, 1, 9)[:, None]
@@ -33,7 +31,7 @@ def add_handle(b: Builder, material: Material, ends: ArrayLike, rise: float, siz
     b.tube("handle", material, path, size, segments=8)
 
 
-def add_feet(b: Builder, material: Material, cabinet: Cabinet, cone: bool = False) -> None:
+def feet(b: Builder, material: Material, cabinet: Cabinet, cone: bool = False) -> None:
     """Add four feet, cylinders or spikes, between the ground and a cabinet that looks ahead."""
     width, depth = cabinet.back * cabinet.width, cabinet.depth
     r = 0.07 * min(width, depth)
@@ -43,7 +41,7 @@ def add_feet(b: Builder, material: Material, cabinet: Cabinet, cone: bool = Fals
         b.cylinder("stand", material, top, end, radius=r, radius_end=radius_end, segments=14)
 
 
-def add_corners(b: Builder, material: Material, cabinet: Cabinet) -> None:
+def corners(b: Builder, material: Material, cabinet: Cabinet) -> None:
     """Cap the edges of an upright cabinet's front and back corners with metal."""
     size = 0.1 * min(cabinet.width, cabinet.height)
     ends, turn = ((0.3 * size, 1.0), (cabinet.depth - 0.3 * size, cabinet.back)), cabinet.turn
@@ -53,7 +51,7 @@ def add_corners(b: Builder, material: Material, cabinet: Cabinet) -> None:
         b.rounded_box("body", material, center, [size] * 3, 0.25 * size, turn=turn, segments=1)
 
 
-def add_knobs(b: Builder, material: Material, ends: ArrayLike, radius: float, count: int) -> None:
+def knobs(b: Builder, material: Material, ends: ArrayLike, radius: float, count: int) -> None:
     """Add `count` round knobs that point to the front, evenly between two points, (2, 3)."""
     first, last = np.asarray(ends, float)
     rows = radius * np.array([(1.0, -0.1), (1.0, 0.3), (0.8, 0.4), (0.7, 1.0), (0.6, 1.1)])
@@ -61,7 +59,7 @@ def add_knobs(b: Builder, material: Material, ends: ArrayLike, radius: float, co
         b.lathe("panel", material, rows, (1 - t) * first + t * last, segments=12, turn=FORWARD)
 
 
-def add_tripod(b: Builder, metal: Material, height: float, spread: float, middle: Array) -> None:
+def tripod(b: Builder, metal: Material, height: float, spread: float, middle: Array) -> None:
     """Add a pole on three splayed legs with braces."""
     b.cylinder("stand", metal, middle + 0.1 * UP, middle + (height - 0.005) * UP, 0.016)
     joint = middle + 0.55 * height * UP

@@ -9,8 +9,8 @@ from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import circle
 from ffd_lightning.shapes.kit.vectors import UP, lean, vec
 from ffd_lightning.shapes.speaker.boxes import Units, add_cabinet, draw_cabinet, two_way
-from ffd_lightning.shapes.speaker.drivers import Finish, add_driver, draw_cloth, draw_finish
-from ffd_lightning.shapes.speaker.fittings import add_feet, add_grille, add_tripod
+from ffd_lightning.shapes.speaker.drivers import Finish, draw_cloth, draw_finish, driver
+from ffd_lightning.shapes.speaker.fittings import feet, grille, tripod
 
 
 def bookshelf(b: Builder, rng: Rng) -> None:
@@ -22,10 +22,10 @@ def bookshelf(b: Builder, rng: Rng) -> None:
     bays = cabinet.bays(two_way(rng, cabinet.width), rng.uniform(0, 0.5))
     add_cabinet(b, cabinet, finish, bays)
     if low:
-        add_feet(b, finish.rim, cabinet)
+        feet(b, finish.rim, cabinet)
     if rng.random() < 0.2:
         cover = bays[-2] if rng.random() < 0.4 else bays[-1]
-        add_grille(b, draw_cloth(rng), cabinet, high=cabinet.share_below(cover))
+        grille(b, draw_cloth(rng), cabinet, high=cabinet.share_below(cover))
 
 
 def tower(b: Builder, rng: Rng) -> None:
@@ -49,14 +49,14 @@ def tower(b: Builder, rng: Rng) -> None:
         size = (wide * rng.uniform(1.1, 1.4), low + 0.004, deep * rng.uniform(1.05, 1.25))
         b.rounded_box("stand", finish.rim, (0, low / 2, deep / 2), size, radius=0.02, edge=0.006)
     elif base == "spikes":
-        add_feet(b, finish.rim, cabinet, cone=True)
+        feet(b, finish.rim, cabinet, cone=True)
     elif base == "outriggers":
         for z in (0.12, 0.88):
             size = (1.5 * wide, low, 0.1 * deep)
             b.rounded_box("stand", finish.rim, (0, low / 2 + 0.004, z * deep), size, 0.01)
     if rng.random() < 0.25:
         cover = bays[int(rng.integers(1, len(bays)))]
-        add_grille(b, draw_cloth(rng), cabinet, high=cabinet.share_below(cover))
+        grille(b, draw_cloth(rng), cabinet, high=cabinet.share_below(cover))
 
 
 def stand(b: Builder, rng: Rng) -> None:
@@ -69,7 +69,7 @@ def stand(b: Builder, rng: Rng) -> None:
     b.rounded_box("stand", metal, middle + (low - 0.008) * UP, plate, 0.01)
     kind = draw(rng, ["round", "one", "two", "four", "tripod"], [0.25, 0.2, 0.2, 0.15, 0.2])
     if kind == "tripod":
-        add_tripod(b, metal, height=low, spread=rng.uniform(0.2, 0.32), middle=middle)
+        tripod(b, metal, height=low, spread=rng.uniform(0.2, 0.32), middle=middle)
     elif kind == "round":
         radius = rng.uniform(0.12, 0.18)
         rows = [(radius, 0), (radius, 0.015), (0.9 * radius, 0.025), (0.02, 0.03)]
@@ -100,9 +100,9 @@ def soundbar(b: Builder, rng: Rng) -> None:
         half = [("port", 0.7 * small), *half]
     units = [*half, (draw(rng, ["tweeter", "horn"], [0.8, 0.2]), small), *half[::-1]]
     add_cabinet(b, cabinet, finish, cabinet.bays(units, across=True))
-    add_feet(b, finish.rim, cabinet)
+    feet(b, finish.rim, cabinet)
     if rng.random() < 0.35:
-        add_grille(b, draw_cloth(rng), cabinet)
+        grille(b, draw_cloth(rng), cabinet)
 
 
 def subwoofer(b: Builder, rng: Rng) -> None:
@@ -111,8 +111,7 @@ def subwoofer(b: Builder, rng: Rng) -> None:
     if rng.random() < 0.2:
         _drum(b, rng, finish, 0.5 * size, low)
         return
-    width, height = (0.8 * size, 1.2 * size), (0.8 * size, 1.3 * size)
-    cabinet = draw_cabinet(rng, width, height, (0.7, 1.1), low)
+    cabinet = draw_cabinet(rng, (0.8 * size, 1.2 * size), (0.8 * size, 1.3 * size), (0.7, 1.1), low)
     cabinet = replace(cabinet, depth=cabinet.depth * size, back=max(cabinet.back, 0.75))
     units: Units = [("woofer", size * rng.uniform(0.3, 0.5))]
     if rng.random() < 0.45:
@@ -122,9 +121,9 @@ def subwoofer(b: Builder, rng: Rng) -> None:
         units.append(units[-1])
     across = len(units) == 2 and units[0][0] == "port" and rng.random() < 0.4
     add_cabinet(b, cabinet, finish, cabinet.bays(units, 0.1, across))
-    add_feet(b, finish.rim, cabinet, cone=rng.random() < 0.4)
+    feet(b, finish.rim, cabinet, cone=rng.random() < 0.4)
     if rng.random() < 0.25:
-        add_grille(b, draw_cloth(rng), cabinet)
+        grille(b, draw_cloth(rng), cabinet)
 
 
 def _drum(b: Builder, rng: Rng, finish: Finish, radius: float, low: float) -> None:
@@ -133,6 +132,6 @@ def _drum(b: Builder, rng: Rng, finish: Finish, radius: float, low: float) -> No
     rows = [(0.93 * radius, low), (radius, low + edge), (radius, top), (0.9 * radius, top + edge)]
     b.lathe("body", finish.body, rows, segments=40)
     center = (top + edge + 0.3 * radius) * UP - 0.2 * radius * UP
-    add_driver(b, finish, "woofer", center, 0.8 * radius, lean(90))
+    driver(b, finish, "woofer", center, 0.8 * radius, lean(90))
     for x, _, z in circle(count=4, radius=0.7 * radius, height=0, degrees=45):
         b.cylinder("stand", finish.rim, (x, 0, z), (x, low + 0.01, z), 0.08 * radius)

@@ -10,14 +10,8 @@ from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import circle
 from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, about_z, lean, vec
 from ffd_lightning.shapes.speaker.boxes import Cabinet, Units, add_cabinet, draw_cabinet, two_way
-from ffd_lightning.shapes.speaker.drivers import (
-    Finish,
-    add_driver,
-    add_skin,
-    draw_cloth,
-    draw_finish,
-)
-from ffd_lightning.shapes.speaker.fittings import add_feet, add_handle, add_knobs
+from ffd_lightning.shapes.speaker.drivers import Finish, draw_cloth, draw_finish, driver, skin
+from ffd_lightning.shapes.speaker.fittings import feet, handle, knobs
 
 
 def pod(b: Builder, rng: Rng) -> None:
@@ -50,8 +44,8 @@ def add_pod(b: Builder, rng: Rng, finish: Finish, radius: float, at: Array, yaw:
     a = np.linspace(rng.uniform(0.75, 1.15), np.pi - 0.08, 16)
     outs = length * np.sign(np.cos(a)) * np.abs(np.cos(a)) ** blunt
     rows, oval = np.stack([radius * np.sin(a) ** blunt, outs], 1), turn @ np.diag([1, stretch, 1])
-    add_skin(b, "body", finish.body, rows, center, oval)
-    add_skin(b, "body", finish.body, [rows[-1], (0.02 * radius, rows[-1, 1])], center, oval)
+    skin(b, "body", finish.body, rows, center, oval)
+    skin(b, "body", finish.body, [rows[-1], (0.02 * radius, rows[-1, 1])], center, oval)
     mouth, out = rows[0]
     r = mouth * rng.uniform(0.8, 0.95) * min(1.0, stretch)
     front, spare = center - turn @ vec(0, 0, out), mouth * stretch - r
@@ -60,11 +54,11 @@ def add_pod(b: Builder, rng: Rng, finish: Finish, radius: float, at: Array, yaw:
     disc = np.stack([np.cos(a), np.sin(a), 0 * a], 1)
     rings = [mouth * disc * vec(1, stretch, 1), 0.93 * r * disc + shift * UP]
     b.loft("body", finish.rim, [ring @ turn.T + front for ring in rings], caps=False)
-    add_driver(b, finish, "woofer", front + turn @ (shift * UP), r, turn)
+    driver(b, finish, "woofer", front + turn @ (shift * UP), r, turn)
     treble = 0.75 * spare
     if shift and treble > 0.12 * r:
         place = front + turn @ vec(0, shift + r + treble, -0.01 * r)
-        add_driver(b, finish, "tweeter", place, treble, turn)
+        driver(b, finish, "tweeter", place, treble, turn)
 
 
 def portable(b: Builder, rng: Rng) -> None:
@@ -87,7 +81,7 @@ def portable(b: Builder, rng: Rng) -> None:
     if kind == "tube":
         for sign in (-1, 1):
             middle = center + vec(sign * 1.1 * half, 0, 0)
-            add_driver(b, finish, "woofer", middle, 0.75 * radius, about_y(90.0 * -sign))
+            driver(b, finish, "woofer", middle, 0.75 * radius, about_y(90.0 * -sign))
             foot = (0.25 * half, 0.3 * radius, radius)
             b.rounded_box("stand", finish.rim, (sign * 0.5 * half, 0.1 * radius, 0), foot, 0.01)
     else:
@@ -97,7 +91,7 @@ def portable(b: Builder, rng: Rng) -> None:
     if rng.random() < 0.5:
         ends = np.array([(-0.6, 0, 0), (0.6, 0, 0)]) * (half if kind == "tube" else radius)
         rise = 0.94 * radius if kind == "tube" else half
-        add_handle(b, finish.rim, ends + center + rise * UP, rng.uniform(0.03, 0.07), 0.005)
+        handle(b, finish.rim, ends + center + rise * UP, rng.uniform(0.03, 0.07), 0.005)
 
 
 def _boombox(b: Builder, rng: Rng, finish: Finish) -> None:
@@ -109,7 +103,7 @@ def _boombox(b: Builder, rng: Rng, finish: Finish) -> None:
         side.insert(0, ("tweeter", 0.12 * tall))
     units = [*side, ("blank", 0.45 * tall), *side[::-1]]
     add_cabinet(b, cabinet, finish, cabinet.bays(units, across=True))
-    add_feet(b, finish.rim, cabinet)
+    feet(b, finish.rim, cabinet)
     metal, y = pick_material(rng, "metal"), 0.012 + tall / 2
     size = (0.75 * tall, 0.02, rng.uniform(0.3, 0.6) * tall)
     center, pane = (0, y - 0.08 * tall, 0), (0, y - 0.08 * tall, -0.008)
@@ -117,10 +111,10 @@ def _boombox(b: Builder, rng: Rng, finish: Finish) -> None:
     window = (0.8 * size[0], 0.012, 0.5 * size[2])
     b.rounded_box("panel", finish.rim, pane, window, radius=0.006, edge=0.003, turn=lean(-90))
     ends = [(x * tall, y + 0.38 * tall, -0.002) for x in (-0.3, 0.3)]
-    add_knobs(b, metal, ends, 0.05 * tall, int(rng.integers(2, 6)))
+    knobs(b, metal, ends, 0.05 * tall, int(rng.integers(2, 6)))
     reach = rng.uniform(0.3, 0.46) * wide
     top = [(x, 0.008 + tall, deep / 2) for x in (-reach, reach)]
-    add_handle(b, finish.rim, top, rng.uniform(0.04, 0.09), 0.009)
+    handle(b, finish.rim, top, rng.uniform(0.04, 0.09), 0.009)
 
 
 def speaker_set(b: Builder, rng: Rng) -> None:
@@ -139,7 +133,7 @@ def speaker_set(b: Builder, rng: Rng) -> None:
     if rng.random() < 0.4:
         big.append(("port", 0.12 * cabinet.width))
     add_cabinet(b, cabinet, finish, cabinet.bays(big, 0.1))
-    add_feet(b, finish.rim, cabinet)
+    feet(b, finish.rim, cabinet)
     size, pairs = rng.uniform(0.07, 0.12), 1 if rng.random() < 0.7 else 2
     pods, state = pairs == 1 and rng.random() < 0.5, int(rng.integers(1 << 30))
     tall = size * rng.uniform(1.2, 2.6)

@@ -10,15 +10,8 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import UP, lean, vec
 from ffd_lightning.shapes.speaker.boxes import Bay, Cabinet, Units, add_cabinet
-from ffd_lightning.shapes.speaker.drivers import FORWARD, Finish, add_skin, draw_cloth, draw_finish
-from ffd_lightning.shapes.speaker.fittings import (
-    add_corners,
-    add_feet,
-    add_grille,
-    add_handle,
-    add_knobs,
-    add_tripod,
-)
+from ffd_lightning.shapes.speaker.drivers import FORWARD, Finish, draw_cloth, draw_finish, skin
+from ffd_lightning.shapes.speaker.fittings import corners, feet, grille, handle, knobs, tripod
 
 
 def stage(b: Builder, rng: Rng) -> None:
@@ -42,17 +35,17 @@ def stage(b: Builder, rng: Rng) -> None:
         units = [u for u in units if u[0] != "slot"][-2:]
     add_cabinet(b, cabinet, finish, cabinet.bays(units, 0.05, across))
     if rng.random() < 0.6 and not across:
-        add_corners(b, pick_material(rng, "metal"), cabinet)
+        corners(b, pick_material(rng, "metal"), cabinet)
     if kind == "tripod":
         metal = pick_material(rng, "metal")
-        add_tripod(b, metal, height=low + 0.005, spread=0.4, middle=vec(0, 0, 0.45 * deep))
+        tripod(b, metal, height=low + 0.005, spread=0.4, middle=vec(0, 0, 0.45 * deep))
     for side in (-1, 1) if not across and rng.random() < 0.6 else ():
         at = vec(side * (0.5 * wide * (1 - (1 - back) * 0.45)), low + 0.7 * tall, 0.45 * deep)
         start, end, out = at - 0.09 * UP, at + 0.09 * UP, vec(side * 0.05, 0, 0)
         path = bend([start, start + out + 0.02 * UP, end + out - 0.02 * UP, end], 0.03)
         b.tube("handle", finish.rim, path, 0.013, segments=8)
     if rng.random() < 0.15:
-        add_grille(b, draw_cloth(rng), cabinet)
+        grille(b, draw_cloth(rng), cabinet)
 
 
 def amplifier(b: Builder, rng: Rng) -> None:
@@ -66,7 +59,7 @@ def amplifier(b: Builder, rng: Rng) -> None:
     tilt = rng.uniform(3, 10) if rng.random() < 0.3 else 0.0
     case = cabinet = Cabinet(wide, tall, deep, (0, low, 0), tilt, bevel=0.012)
     knob, cloth = pick_material(rng, "metal"), draw_cloth(rng)
-    add_feet(b, finish.rim, cabinet)
+    feet(b, finish.rim, cabinet)
     rise = rng.uniform(0.09, 0.13)
     _speakers(b, rng, finish, cloth, cabinet, 0.0 if stacked else rise)
     if stacked:
@@ -79,11 +72,11 @@ def amplifier(b: Builder, rng: Rng) -> None:
     plate, turn = (0.9 * case.width, 0.014, 0.7 * rise), case.turn @ FORWARD
     b.rounded_box("panel", panel, case.world((0, y, 0)), plate, 0.008, turn=turn)
     ends = case.world([(x * case.width, y, -0.006) for x in (-0.38, 0.38)])
-    add_knobs(b, knob, ends, 0.016, int(rng.integers(4, 9)))
+    knobs(b, knob, ends, 0.016, int(rng.integers(4, 9)))
     mounts = [(x * case.width, case.height / 2 - 0.004, 0.5 * deep) for x in (-0.2, 0.2)]
-    add_handle(b, finish.rim, case.world(mounts), 0.04, 0.011)
+    handle(b, finish.rim, case.world(mounts), 0.04, 0.011)
     if rng.random() < 0.6 and not cabinet.tilt:
-        add_corners(b, knob, cabinet)
+        corners(b, knob, cabinet)
 
 
 def _speakers(
@@ -93,7 +86,7 @@ def _speakers(
     wide, tall = cabinet.face
     if rng.random() < 0.55:
         add_cabinet(b, cabinet, finish, [Bay("blank", 0, (0, 0), cabinet.face)])
-        add_grille(b, cloth, cabinet, low=0.02, high=1 - reserve / tall)
+        grille(b, cloth, cabinet, low=0.02, high=1 - reserve / tall)
         return
     across = int(rng.integers(1, 3))
     down = 2 if across == 2 and tall - reserve > 0.75 * wide else 1
@@ -109,7 +102,7 @@ def _speakers(
 
 def horn(b: Builder, rng: Rng) -> None:
     """Build a round or oblong public-address horn in a bracket, on a wall plate, post or foot."""
-    skin = pick_material(rng, draw(rng, ["plastic", "paint", "metal"]))
+    paint = pick_material(rng, draw(rng, ["plastic", "paint", "metal"]))
     metal = pick_material(rng, "metal")
     long, mouth = rng.uniform(0.25, 0.5), rng.uniform(0.13, 0.24)
     throat, flare = rng.uniform(0.03, 0.05), rng.uniform(1.3, 3.0)
@@ -120,7 +113,7 @@ def horn(b: Builder, rng: Rng) -> None:
     outer = np.stack([throat + (mouth - throat) * t**flare, long * t], 1)
     lip = [(1.05 * mouth, long), (1.05 * mouth, long + 0.015), (0.97 * mouth, long + 0.012)]
     inner = outer[::-1] - (0.008, -0.002)
-    add_skin(b, "body", skin, np.concatenate([outer, lip, inner]), at, turn)
+    skin(b, "body", paint, np.concatenate([outer, lip, inner]), at, turn)
     plug = np.array([(0.6, 0.15), (0.75, 0.3), (0.5, 0.42), (0.1, 0.48)]) * (1.3 * throat, long)
     b.lathe("driver", metal, plug, at, segments=20, turn=turn @ FORWARD)
     b.cylinder("driver", metal, at - vec(0, 0, 0.25 * long), at + vec(0, 0, 0.05), 0.35 * throat)
@@ -131,8 +124,7 @@ def horn(b: Builder, rng: Rng) -> None:
     arm, z = wide + 0.02, 0.5 * deep
     hook = [(-arm, low, z), (-arm, 0.02, z), (arm, 0.02, z), (arm, low, z)]
     b.tube("stand", metal, bend(hook, 0.03), 0.01, segments=8)
-    start, end = at + vec(-arm - 0.02, 0, z), at + vec(arm + 0.02, 0, z)
-    b.cylinder("stand", metal, start, end, 0.014)
+    b.cylinder("stand", metal, at + vec(-arm - 0.02, 0, z), at + vec(arm + 0.02, 0, z), 0.014)
     if rng.random() < 0.4:
         drop = rng.uniform(0.3, 0.9)
         b.cylinder("stand", metal, (0, -drop, z), (0, 0.02, z), 0.02)
