@@ -94,8 +94,7 @@ def face(b: Builder, rng: Rng, p: Plan, lamps: Pair, pairs: int = 1) -> None:
         for side, i in itertools.product((-1, 1), range(pairs)):
             at = (side * (0.93 * half - (i + 0.5) * size[0] - 0.02), low + level * tall, z)
             if lamps[0] == lamps[1]:
-                radii = (size[0] / 2, size[1] / 2, 0.045)
-                b.ellipsoid("light", material, at, radii, segments=10)
+                b.ellipsoid("light", material, at, (size[0] / 2, size[1] / 2, 0.045), segments=10)
             else:
                 b.rounded_box("light", material, at, (*size, 0.06), 0.025, segments=1)
         height, box = low + 0.2 * tall, (1.98 * half, tall_bumper * tall, 0.16)

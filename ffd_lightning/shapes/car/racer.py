@@ -93,8 +93,7 @@ def _wing(b: Builder, p: Plan, z: float, y: float, size: Pair, count: int) -> No
         b.loft("trim", p.second, rings)
     tall = 0.16 + 0.11 * (count - 1)
     for x in (-span / 2, span / 2):
-        center = (x, y + tall / 2 - 0.06, z + 0.02)
-        b.box("trim", p.paint, center, (0.025, tall, 1.15 * chord))
+        b.box("trim", p.paint, (x, y + tall / 2 - 0.06, z + 0.02), (0.025, tall, 1.15 * chord))
 
 
 _RACER = {"use": ("racer",)}

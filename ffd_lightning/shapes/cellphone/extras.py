@@ -86,9 +86,8 @@ def prop(b: Builder, rng: Rng, p: Plan) -> None:
     turn = lean(np.degrees(np.arctan2(along[2], along[1])))
     post = (0.5 * wide, float(np.linalg.norm(along)), 0.03)
     b.rounded_box("stand", finish.trim, (hold + low) / 2, post, 0.012, turn=turn)
-    lip = (0.8 * wide, 1.4 * body.depth, 0.03)
-    front = vec(0, tray[1] + 0.4 * body.depth, bottom[2] - 0.65 * body.depth)
-    b.rounded_box("stand", finish.trim, front, lip, 0.012)
+    lip = vec(0, tray[1] + 0.4 * body.depth, bottom[2] - 0.65 * body.depth)
+    b.rounded_box("stand", finish.trim, lip, (0.8 * wide, 1.4 * body.depth, 0.03), 0.012)
 
 
 def bumper(b: Builder, rng: Rng, p: Plan) -> None:

@@ -13,9 +13,7 @@ from ffd_lightning.shapes.plane.plan import BLACK, STEEL, Plan, skin
 from ffd_lightning.shapes.plane.wings import surface
 
 
-def _leg(
-    b: Builder, paint: Material, hip: Array, foot: Array, radius: float, wheels: int = 1
-) -> None:
+def _leg(b: Builder, paint: Material, hip: Array, foot: Array, radius: float, wheels: int) -> None:
     """Add a leg from `hip` to the ground at `foot` with one wheel, or two beside each other."""
     axle = foot + radius * UP
     b.cylinder("gear", paint, hip, axle, 0.28 * radius, segments=8)
@@ -70,7 +68,7 @@ def floats(b: Builder, rng: Rng, p: Plan) -> None:
 def one_wheel(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a sailplane's wheel, half sunk into the belly."""
     belly = vec(0, p.height(-0.2, -1), -0.2)
-    _leg(b, STEEL, belly + 0.03 * UP, belly - 0.016 * UP, 0.024)
+    _leg(b, STEEL, belly + 0.03 * UP, belly - 0.016 * UP, 0.024, 1)
 
 
 _LINERS, _PISTON = ("airliner", "business", "supersonic", "propliner"), ("light", "warbird")

@@ -110,6 +110,4 @@ def draw_plan(rng: Rng, role: str) -> Plan:
     return Plan(*sizes, paint, accent)
 
 
-ROLES = tuple(
-    Component(name, row[0], partial(draw_plan, role=name)) for name, row in _RANGES.items()
-)
+ROLES = tuple(Component(k, row[0], partial(draw_plan, role=k)) for k, row in _RANGES.items())

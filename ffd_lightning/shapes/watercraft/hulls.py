@@ -140,8 +140,7 @@ def opened(b: Builder, rng: Rng, kind: str) -> Plan:
     b.loft("hull", p.paint, rings, caps=False)
     b.loft("hull", p.paint, [hull.profile(1.0) - vec(0, 0, thick), hull.profile(1.0)])
     bulwark(b, replace(p, paint=p.deck), 0.01, 0.02)
-    floor = (0, 0.2 * hull.depth + thick, 0.07)
-    b.box("deck", p.deck, floor, (0.45 * hull.beam, 0.01, 0.56))
+    b.box("deck", p.deck, (0, 0.2 * hull.depth + thick, 0.07), (0.45 * hull.beam, 0.01, 0.56))
     return p
 
 

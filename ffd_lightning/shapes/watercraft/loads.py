@@ -100,8 +100,7 @@ def tanks(b: Builder, rng: Rng, p: Plan) -> None:
         middle, size = (0, p.hull.depth, (front + back) / 2), (1.6 * wide, 0.03, back - front)
         b.box("deck", p.paint, middle, size)
         for z in front + (np.arange(count) + 0.5) * pitch:
-            radii = (wide, share * wide, 0.48 * pitch)
-            b.ellipsoid("cargo", stuff, (0, p.hull.depth, z), radii)
+            b.ellipsoid("cargo", stuff, (0, p.hull.depth, z), (wide, share * wide, 0.48 * pitch))
 
 
 def pipes(b: Builder, rng: Rng, p: Plan) -> None:
