@@ -1,7 +1,5 @@
 """Cars: what they are for, a body, a cabin, nose and tail, lights, wheels and what is added."""
 
-from __future__ import annotations
-
 from ffd_lightning.shapes.car import racer
 from ffd_lightning.shapes.car.bodies import BODIES, shell
 from ffd_lightning.shapes.car.cabins import CABINS, cockpit, doors, greenhouse

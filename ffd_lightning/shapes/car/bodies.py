@@ -1,7 +1,5 @@
 """The bodies of cars: skins, shells, free-standing wings, walls of beds and cockpits."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The cabins of cars, closed and open, with doors and mirrors."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The ends of cars: how bonnet and tail run, lights, grilles and bumpers."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import replace

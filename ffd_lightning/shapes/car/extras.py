@@ -1,7 +1,5 @@
 """What is added to cars: wheels, loads on the roof, spoilers, beds and what is on them."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the components of a car share: its size, its outline, its materials. Metres."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

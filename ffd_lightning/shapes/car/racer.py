@@ -1,7 +1,5 @@
 """Open-wheeled racing cars, whose components go together alone."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ffd_lightning.shapes.car.plan import BLACK, CHROME, Plan

@@ -1,7 +1,5 @@
 """Telephones: a form, a housing, a front, an aerial, a back, what holds it."""
 
-from __future__ import annotations
-
 from ffd_lightning.shapes.cellphone.bodies import FORMS, HOUSINGS
 from ffd_lightning.shapes.cellphone.extras import AERIALS, BACKS, HOLDS, side_buttons
 from ffd_lightning.shapes.cellphone.fronts import FRONTS

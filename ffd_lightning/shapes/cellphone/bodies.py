@@ -1,7 +1,5 @@
 """The forms of telephones, in one piece, hinged or sliding, and their housings."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a telephone has besides its front: buttons, aerials, lenses, packs, what holds it."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is set into a telephone's front: screens, keys, slots to listen to."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

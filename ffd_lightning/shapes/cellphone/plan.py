@@ -1,7 +1,5 @@
 """What the components of a telephone share: materials, bodies, where screens and keys go."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +28,7 @@ class Body:
         """Return the point `out` behind the back, at x and y from -0.5 to 0.5 of the size."""
         return self.at(x, y, -self.depth - out)
 
-    def strip(self, x: float, low: float, high: float, share: float = 1.0) -> Body:
+    def strip(self, x: float, low: float, high: float, share: float = 1.0) -> "Body":
         """Return the part of it from `low` to `high`, `share` wide, about `x`."""
         center = self.at(x, (low + high) / 2, -self.depth / 2)
         return Body(center, share * self.width, (high - low) * self.height, self.depth, self.turn)

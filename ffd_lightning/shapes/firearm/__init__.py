@@ -1,7 +1,5 @@
 """Firearms: a kind, its body, what is held and shouldered, feed, barrel, muzzle, sight, extras."""
 
-from __future__ import annotations
-
 from ffd_lightning.shapes.firearm.bodies import BARRELS, BODIES, MUZZLES
 from ffd_lightning.shapes.firearm.fittings import EXTRAS, SIGHTS, add_trigger
 from ffd_lightning.shapes.firearm.plan import KINDS

@@ -1,7 +1,5 @@
 """Bodies of firearms, barrels and what surrounds them, muzzles."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

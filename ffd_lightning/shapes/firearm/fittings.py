@@ -1,7 +1,5 @@
 """Triggers, sights, and what else is mounted."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ffd_lightning.shapes.firearm.plan import BLACK, IRON, Plan, at, bar, block, sweep

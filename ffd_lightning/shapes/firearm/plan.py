@@ -1,7 +1,5 @@
 """What the components of a firearm share: sizes, materials, swept bodies. Metres, muzzle at -z."""
 
-from __future__ import annotations
-
 import colorsys
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """What is held and shouldered, and what feeds: stocks, grips, magazines."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

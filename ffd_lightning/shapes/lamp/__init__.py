@@ -1,7 +1,5 @@
 """Lamps: where they stand or hang, a stem, what carries it, heads."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng

@@ -1,7 +1,5 @@
 """What carries a lamp's stem, and turned bodies. Bases return how far they stand out, if at all."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

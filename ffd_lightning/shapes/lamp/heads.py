@@ -1,7 +1,5 @@
 """Heads of lamps: shades, globes, lanterns, candles. Each is drawn once, for all its sockets."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material

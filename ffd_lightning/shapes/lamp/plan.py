@@ -1,7 +1,5 @@
 """What the components of a lamp share: sizes, materials, sockets for its heads. Metres."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """What carries the heads of a lamp: bodies, poles, arms, cords. All return sockets."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Monitors and televisions: a body, what it stands on and by, loudspeakers, extras."""
 
-from __future__ import annotations
-
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
 from ffd_lightning.shapes.monitor.bodies import BODIES
 from ffd_lightning.shapes.monitor.plan import draw_plan

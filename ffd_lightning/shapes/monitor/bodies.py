@@ -1,7 +1,5 @@
 """Screens with their frames and housings."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

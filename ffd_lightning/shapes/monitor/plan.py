@@ -1,7 +1,5 @@
 """What the components of a monitor share: sizes and materials. The unit is the frame's width."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What carries a screen: feet and necks, wall mounts, legs, cabinets; loudspeakers and extras."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

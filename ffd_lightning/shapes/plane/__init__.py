@@ -1,7 +1,5 @@
 """Aeroplanes: what they are for, a fuselage, a wing, engines, a tail, and what they carry."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng

@@ -1,7 +1,5 @@
 """Engines of aeroplanes."""
 
-from __future__ import annotations
-
 import itertools
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Fuselages of aeroplanes, and their cockpits and cabins."""
 
-from __future__ import annotations
-
 import itertools
 from functools import partial
 

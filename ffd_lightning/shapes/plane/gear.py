@@ -1,7 +1,5 @@
 """What aeroplanes stand on, and what they carry below their wings."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

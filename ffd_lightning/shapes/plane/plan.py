@@ -3,8 +3,6 @@
 The unit of length is about the fuselage's; the nose is at z = -0.5.
 """
 
-from __future__ import annotations
-
 import colorsys
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Tails of aeroplanes."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Wings of aeroplanes, where they sit, and what is before them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple

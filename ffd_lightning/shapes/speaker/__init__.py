@@ -1,7 +1,5 @@
 """Speakers of the living room, the stage and the desk."""
 
-from __future__ import annotations
-
 from ffd_lightning.shapes.kit import Builder, Chosen, Component, Product, Rng
 from ffd_lightning.shapes.speaker.hifi import bookshelf, soundbar, stand, subwoofer, tower
 from ffd_lightning.shapes.speaker.small import pod, portable, speaker_set

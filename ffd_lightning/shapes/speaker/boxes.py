@@ -1,7 +1,5 @@
 """Boxes whose fronts are tiled by bays."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The finish of speakers, and what turns about an axis in their fronts: drivers, ports."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

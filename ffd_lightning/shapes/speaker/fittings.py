@@ -1,7 +1,5 @@
 """What is put on and under speakers: grilles, handles, feet, knobs."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

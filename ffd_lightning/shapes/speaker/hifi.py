@@ -1,7 +1,5 @@
 """Speakers of the living room: on the shelf, on the floor, on stands, below the screen."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material

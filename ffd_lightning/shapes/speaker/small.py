@@ -1,7 +1,5 @@
 """Small speakers: pods, portable ones, pairs, subwoofers with their satellites."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Speakers of the stage: boxes with a horn, floor wedges, guitar amplifiers; horns outdoors."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

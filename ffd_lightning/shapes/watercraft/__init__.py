@@ -1,7 +1,5 @@
 """Watercraft: a hull, houses on it and what stands on them, a load, oars, motors or sails."""
 
-from __future__ import annotations
-
 from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
 from ffd_lightning.shapes.watercraft.houses import HOUSES, TOPS
 from ffd_lightning.shapes.watercraft.hulls import HULLS

@@ -1,7 +1,5 @@
 """What stands on deck: houses of one or more storeys, and what stands on their roofs."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Hulls: open, decked, two or three abreast, and submarines."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

@@ -1,7 +1,5 @@
 """What lies or stands on the free deck: seats, cargo, gear, guns, planes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing, pick_material

@@ -3,8 +3,6 @@
 The unit is the length of the hull, whose middle is above the origin; the keel is at y = 0.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

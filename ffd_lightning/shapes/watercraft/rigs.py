@@ -1,7 +1,5 @@
 """What drives a watercraft, if it shows: oars, outboard motors, paddle wheels, sails."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 
