@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -227,7 +226,7 @@ _CLOSED: tuple[tuple[Any, ...], ...] = (
 )  # fmt: skip
 CABINS = (
     *(
-        Component(name, weight, partial(draw_cabin, spans=spans, **rest), {"use": uses})
+        Component.of(name, weight, draw_cabin, {"use": uses}, spans=spans, **rest)
         for name, weight, uses, *spans, rest in _CLOSED
     ),
     Component("open", 0.6, draw_open, {"use": _OPEN}),

@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -70,11 +69,11 @@ _TAILS = (  # name, weight, cabins; ranges of the end's height and width and of 
     ("flat", 1, ("cab", "crew", "cabover"), (1, 1), (0.94, 1), (0.01, 0.02)),
 )
 NOSES = tuple(
-    Component(name, weight, partial(nose, spans=spans, hump=hump), {"use": uses})
+    Component.of(name, weight, nose, {"use": uses}, spans=spans, hump=hump)
     for name, weight, uses, *spans, hump in _NOSES
 )
 TAILS = tuple(
-    Component(name, weight, partial(tail, spans=spans, flat=name == "flat"), {"cabin": cabins})
+    Component.of(name, weight, tail, {"cabin": cabins}, spans=spans, flat=name == "flat")
     for name, weight, cabins, *spans in _TAILS
 )
 
@@ -144,11 +143,11 @@ def radiator(b: Builder, rng: Rng, p: Plan) -> None:
 
 _FACED = {"use": (*_MODERN, "lorry", "bus")}
 FACES = (
-    Component("round", 1, partial(face, lamps=(0.2, 0.2)), _FACED),
-    Component("twin", 0.5, partial(face, lamps=(0.15, 0.15), pairs=2), _FACED),
-    Component("wide", 1.5, partial(face, lamps=(0.36, 0.11)), _FACED),
-    Component("narrow", 1, partial(face, lamps=(0.42, 0.06)), _FACED),
-    Component("tall", 0.8, partial(face, lamps=(0.14, 0.24)), _FACED),
+    Component.of("round", 1, face, _FACED, lamps=(0.2, 0.2)),
+    Component.of("twin", 0.5, face, _FACED, lamps=(0.15, 0.15), pairs=2),
+    Component.of("wide", 1.5, face, _FACED, lamps=(0.36, 0.11)),
+    Component.of("narrow", 1, face, _FACED, lamps=(0.42, 0.06)),
+    Component.of("tall", 0.8, face, _FACED, lamps=(0.14, 0.24)),
     Component("radiator", 1, radiator, {"use": ("vintage",)}),
     Component("none", 1, radiator, {"use": ("racer",)}),
 )

@@ -1,7 +1,5 @@
 """What is added to cars: wheels, loads on the roof, spoilers, beds and what is on them."""
 
-from functools import partial
-
 import numpy as np
 
 from ffd_lightning.shapes.car.bodies import walls
@@ -143,9 +141,9 @@ def tank(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
 
 
 WHEELS = (
-    Component("spokes", 2, partial(wheels, counts=range(5, 9))),
-    Component("wire", 0.6, partial(wheels, counts=range(14, 15))),
-    Component("disc", 0.9, partial(wheels, counts=range(1))),
+    Component.of("spokes", 2, wheels, counts=range(5, 9)),
+    Component.of("wire", 0.6, wheels, counts=range(14, 15)),
+    Component.of("disc", 0.9, wheels, counts=range(1)),
 )
 _ROOFED = ("notchback", "hatch", "estate", "minivan", "box")
 ROOFS = (

@@ -1,7 +1,6 @@
 """What the components of a car share: its size, its outline, its materials. Metres."""
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -120,4 +119,4 @@ def draw_plan(rng: Rng, use: str) -> Plan:
     )
 
 
-USES = tuple(Component(name, row[0], partial(draw_plan, use=name)) for name, row in _USES.items())
+USES = tuple(Component.of(name, row[0], draw_plan, use=name) for name, row in _USES.items())

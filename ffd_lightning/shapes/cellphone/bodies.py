@@ -1,7 +1,5 @@
 """The forms of telephones, in one piece, hinged or sliding, and their housings."""
 
-from functools import partial
-
 import numpy as np
 
 from ffd_lightning.shapes.cellphone.plan import Body, Finish, Plan, tile
@@ -106,19 +104,19 @@ def shell(b: Builder, rng: Rng, p: Plan, palm: bool) -> None:
 
 
 FORMS = (
-    Component("slab", 7, partial(whole, width=(0.42, 0.9), depth=(0.08, 0.22))),
-    Component("bar", 2.5, partial(whole, width=(0.28, 0.56), depth=(0.24, 0.6))),
-    Component("brick", 2, partial(whole, width=(0.26, 0.48), depth=(0.6, 1.2))),
-    Component("clamshell", 3, partial(clamshell, width=(0.38, 0.66), tall=(0.48, 0.64), shut=0.2)),
-    Component("organiser", 1, partial(clamshell, width=(0.9, 1.3), tall=(0.44, 0.6), shut=0.1)),
-    Component("up", 1.5, partial(slider, way="up")),
-    Component("aside", 1.2, partial(slider, way="aside")),
-    Component("swivel", 0.7, partial(slider, way="swivel")),
+    Component.of("slab", 7, whole, width=(0.42, 0.9), depth=(0.08, 0.22)),
+    Component.of("bar", 2.5, whole, width=(0.28, 0.56), depth=(0.24, 0.6)),
+    Component.of("brick", 2, whole, width=(0.26, 0.48), depth=(0.6, 1.2)),
+    Component.of("clamshell", 3, clamshell, width=(0.38, 0.66), tall=(0.48, 0.64), shut=0.2),
+    Component.of("organiser", 1, clamshell, width=(0.9, 1.3), tall=(0.44, 0.6), shut=0.1),
+    Component.of("up", 1.5, slider, way="up"),
+    Component.of("aside", 1.2, slider, way="aside"),
+    Component.of("swivel", 0.7, slider, way="swivel"),
     Component("book", 1, book),
 )
 HOUSINGS = (
     Component("plate", 3, plate),
     Component("halves", 2, halves),
-    Component("shell", 3, partial(shell, palm=False), {"form": ("slab", "bar", "brick")}),
-    Component("palm", 1.5, partial(shell, palm=True), {"form": ("bar", "brick")}),
+    Component.of("shell", 3, shell, {"form": ("slab", "bar", "brick")}, palm=False),
+    Component.of("palm", 1.5, shell, {"form": ("bar", "brick")}, palm=True),
 )

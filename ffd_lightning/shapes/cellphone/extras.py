@@ -1,7 +1,5 @@
 """What a telephone has besides its front: buttons, aerials, lenses, packs, what holds it."""
 
-from functools import partial
-
 import numpy as np
 
 from ffd_lightning.shapes.cellphone.fronts import earpiece
@@ -129,8 +127,8 @@ def cradle(b: Builder, rng: Rng, p: Plan) -> None:
 _FLAT = ("plate", "halves")
 AERIALS = (
     Component("none", 3, nothing),
-    Component("stub", 1.2, partial(aerial, rod=False), {"form": ("bar", "brick", "clamshell")}),
-    Component("rod", 1, partial(aerial, rod=True), {"form": ("bar", "brick", "clamshell")}),
+    Component.of("stub", 1.2, aerial, {"form": ("bar", "brick", "clamshell")}, rod=False),
+    Component.of("rod", 1, aerial, {"form": ("bar", "brick", "clamshell")}, rod=True),
 )
 BACKS = (
     Component("plain", 2, nothing),

@@ -1,7 +1,5 @@
 """What is set into a telephone's front: screens, keys, slots to listen to."""
 
-from functools import partial
-
 import numpy as np
 
 from ffd_lightning.shapes.cellphone.plan import Body, Plan, tile
@@ -155,6 +153,6 @@ _KEYED = {"form": ("bar", "brick", "clamshell", "up", "swivel")}
 _TYPED = {"form": ("slab", "organiser", "up", "aside")}
 FRONTS = (
     Component("touch", 8, touch, {"form": ("slab", "book"), "housing": ("plate", "halves")}),
-    Component("keypad", 2, partial(keyed, full=False), _KEYED),
-    Component("keyboard", 1, partial(keyed, full=True), _TYPED),
+    Component.of("keypad", 2, keyed, _KEYED, full=False),
+    Component.of("keyboard", 1, keyed, _TYPED, full=True),
 )

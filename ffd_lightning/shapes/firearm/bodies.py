@@ -1,7 +1,5 @@
 """Bodies of firearms, barrels and what surrounds them, muzzles."""
 
-from functools import partial
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -197,14 +195,14 @@ _SILENCER = [(0, 2.1), (0.24, 2.1)]
 _SHORT = ("compact", "machine_pistol", "bullpup")
 _RECEIVER = (*_SHORT, "service", "support")
 BODIES = (
-    Component("slide", 2.2, partial(slide, opened=False), {"kind": ("pistol",)}),
-    Component("toggle", 1, partial(slide, opened=True), {"kind": ("pistol",)}),
+    Component.of("slide", 2.2, slide, {"kind": ("pistol",)}, opened=False),
+    Component.of("toggle", 1, slide, {"kind": ("pistol",)}, opened=True),
     Component("revolver", 1, revolver, {"kind": ("revolver",)}),
-    Component("tube", 1, partial(receiver, boxiness=0.0), {"kind": ("compact",)}),
-    Component("box", 1.3, partial(receiver, boxiness=0.85), {"kind": _RECEIVER}),
+    Component.of("tube", 1, receiver, {"kind": ("compact",)}, boxiness=0.0),
+    Component.of("box", 1.3, receiver, {"kind": _RECEIVER}, boxiness=0.85),
     Component("action", 1, action, {"kind": ("bolt",)}),
-    Component("sides", 1.6, partial(sides, levered=False), {"kind": ("hunting",)}),
-    Component("lever", 0.8, partial(sides, levered=True), {"kind": ("hunting",)}),
+    Component.of("sides", 1.6, sides, {"kind": ("hunting",)}, levered=False),
+    Component.of("lever", 0.8, sides, {"kind": ("hunting",)}, levered=True),
 )
 _SIDES, _ONE = {"body": ("sides",)}, ((0, 0),)
 BARRELS = (
@@ -212,14 +210,14 @@ BARRELS = (
     Component("lug", 1.6, lug, {"kind": ("revolver",)}),
     Component("jacket", 0.8, jacket, {"kind": ("compact", "support")}),
     Component("guard", 2.2, guarded, {"kind": ("compact", "service", "support")}),
-    Component("pump", 1, partial(split, offsets=_ONE, front="pump"), _SIDES),
-    Component("lever", 1, partial(split, offsets=_ONE, front="wood"), {"body": ("lever",)}),
-    Component("side", 0.5, partial(split, offsets=((-1, 0), (1, 0)), front="wedge"), _SIDES),
-    Component("over", 0.5, partial(split, offsets=((0, 0), (0, -2)), front="wedge"), _SIDES),
+    Component.of("pump", 1, split, _SIDES, offsets=_ONE, front="pump"),
+    Component.of("lever", 1, split, {"body": ("lever",)}, offsets=_ONE, front="wood"),
+    Component.of("side", 0.5, split, _SIDES, offsets=((-1, 0), (1, 0)), front="wedge"),
+    Component.of("over", 0.5, split, _SIDES, offsets=((0, 0), (0, -2)), front="wedge"),
 )
 MUZZLES = (
     Component("plain", 1.8, nothing),
-    Component("brake", 0.6, partial(muzzle, rows=_BRAKE), {"kind": ("bolt", *_RECEIVER)}),
-    Component("hider", 0.9, partial(muzzle, rows=[(0, 1.3), (0.06, 1.7)]), {"kind": _RECEIVER}),
-    Component("silencer", 0.25, partial(muzzle, rows=_SILENCER), {"kind": ("pistol", *_RECEIVER)}),
+    Component.of("brake", 0.6, muzzle, {"kind": ("bolt", *_RECEIVER)}, rows=_BRAKE),
+    Component.of("hider", 0.9, muzzle, {"kind": _RECEIVER}, rows=[(0, 1.3), (0.06, 1.7)]),
+    Component.of("silencer", 0.25, muzzle, {"kind": ("pistol", *_RECEIVER)}, rows=_SILENCER),
 )

@@ -2,7 +2,6 @@
 
 import colorsys
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -73,7 +72,7 @@ def draw_plan(rng: Rng, kind: str) -> Plan:
     return Plan(kind, *sizes, steel, body, hand)
 
 
-KINDS = tuple(Component(k, row[0], partial(draw_plan, kind=k)) for k, row in _KINDS.items())
+KINDS = tuple(Component.of(k, row[0], draw_plan, kind=k) for k, row in _KINDS.items())
 
 
 def at(forward: float, up: float, side: float = 0.0) -> Array:

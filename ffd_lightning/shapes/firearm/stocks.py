@@ -1,7 +1,5 @@
 """What is held and shouldered, and what feeds: stocks, grips, magazines."""
 
-from functools import partial
-
 import numpy as np
 
 from ffd_lightning.shapes.firearm.plan import BLACK, IRON, Plan, at, bar, block, sweep
@@ -151,34 +149,34 @@ STOCKS = (
     Component("none", 7, nothing, {"kind": ("pistol", "revolver")}),
     Component("none", 0.7, nothing, {"kind": ("compact", "machine_pistol")}),
     Component("none", 0.4, nothing, _PUMP),
-    Component("solid", 1.2, partial(solid, hump=0.0), {"kind": (*_ARMS, "bullpup")}),
+    Component.of("solid", 1.2, solid, {"kind": (*_ARMS, "bullpup")}, hump=0.0),
     Component("tube", 0.9, sliding, {"kind": _ARMS}),
-    Component("frame", 0.8, partial(wire, closed=True), {"kind": (*_PISTOLS, *_ARMS)}),
-    Component("wire", 0.7, partial(wire, closed=False), {"kind": (*_PISTOLS, *_ARMS[:2])}),
+    Component.of("frame", 0.8, wire, {"kind": (*_PISTOLS, *_ARMS)}, closed=True),
+    Component.of("wire", 0.7, wire, {"kind": (*_PISTOLS, *_ARMS[:2])}, closed=False),
     Component("tube", 0.2, sliding, _PUMP),
-    Component("wrist", 1, partial(solid, hump=0.05), {"kind": ("hunting",)}),
-    Component("sporting", 1, partial(sporting, full=False), {"kind": ("bolt",)}),
-    Component("full", 0.5, partial(sporting, full=True), {"kind": ("bolt",)}),
+    Component.of("wrist", 1, solid, {"kind": ("hunting",)}, hump=0.05),
+    Component.of("sporting", 1, sporting, {"kind": ("bolt",)}, full=False),
+    Component.of("full", 0.5, sporting, {"kind": ("bolt",)}, full=True),
 )
 _REVOLVER = {"kind": ("revolver",)}
 _HELD = (*_PISTOLS, "hunting", "bullpup", *_ARMS)
 _FREE = ("none", "solid", "tube", "frame", "wire")
 GRIPS = (
     Component("none", 1, nothing, {"stock": ("sporting", "full", "wrist")}),
-    Component("raked", 1, partial(grip, style="raked"), {"kind": _HELD, "stock": _FREE}),
-    Component("plough", 1, partial(grip, style="plough"), _REVOLVER),
-    Component("bird", 0.8, partial(grip, style="bird"), _REVOLVER),
-    Component("target", 0.8, partial(grip, style="target"), _REVOLVER),
+    Component.of("raked", 1, grip, {"kind": _HELD, "stock": _FREE}, style="raked"),
+    Component.of("plough", 1, grip, _REVOLVER, style="plough"),
+    Component.of("bird", 0.8, grip, _REVOLVER, style="bird"),
+    Component.of("target", 0.8, grip, _REVOLVER, style="target"),
 )
 FEEDS = (
     Component("none", 1, nothing, {"kind": ("revolver", "hunting", "bolt")}),
     Component("flush", 2, nothing, {"kind": ("pistol",)}),
-    Component("grip", 0.6, partial(stick, turn=-1), {"kind": _PISTOLS}),
+    Component.of("grip", 0.6, stick, {"kind": _PISTOLS}, turn=-1),
     Component("straight", 1, stick, {"kind": (*_ARMS, "bullpup")}),
-    Component("curved", 1.4, partial(stick, curl=(10, 55)), {"kind": (*_ARMS, "bullpup")}),
-    Component("short", 1, partial(stick, long=0.09), {"kind": ("bolt", "service")}),
+    Component.of("curved", 1.4, stick, {"kind": (*_ARMS, "bullpup")}, curl=(10, 55)),
+    Component.of("short", 1, stick, {"kind": ("bolt", "service")}, long=0.09),
     Component("drum", 0.7, drum, {"kind": _ARMS}),
     Component("box", 1.4, case, {"kind": ("support",)}),
-    Component("top", 0.9, partial(stick, curl=(-40, 0), turn=180), {"kind": ("support",)}),
+    Component.of("top", 0.9, stick, {"kind": ("support",)}, curl=(-40, 0), turn=180),
     Component("pan", 0.7, pan, {"kind": ("support",)}),
 )

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,9 @@ def nothing(*_: object) -> None:
 
 Chosen = Mapping[str, "Component"]
 """The component of each slot."""
+Needs = Mapping[str, tuple[str, ...]]
+"""Names of components of earlier slots."""
+_NONE: Needs = {}
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,13 @@ class Component:
     def fits(self, chosen: Chosen) -> bool:
         """Return whether the component goes with those of the earlier slots."""
         return all(chosen[slot].name in names for slot, names in self.needs.items())
+
+    @classmethod
+    def of(
+        cls, name: str, weight: float, build: Callable[..., Any], needs: Needs = _NONE, **fixed: Any
+    ) -> Component:
+        """Return a component whose `build` gets the arguments `fixed` besides the category's."""
+        return cls(name, weight, partial(build, **fixed), needs)
 
 
 @dataclass(frozen=True)

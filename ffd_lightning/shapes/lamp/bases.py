@@ -1,7 +1,5 @@
 """What carries a lamp's stem, and turned bodies. Bases return how far they stand out, if at all."""
 
-from functools import partial
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -75,7 +73,7 @@ _HUNG = {"place": ("ceiling",), "stem": ("none", "cord", "chandelier", "drops", 
 BASES = (
     Component("bare", 1.5, nothing, _ALONE),
     Component("bare", 1, nothing, {"stem": ("cords",)}),
-    *(Component(kind, 1, partial(foot, kind=kind), _ROOM) for kind in _FEET),
+    *(Component.of(kind, 1, foot, _ROOM, kind=kind) for kind in _FEET),
     Component("rose", 1, rose, _HUNG),
     Component("plate", 1, plate, {"place": ("wall",)}),
 )

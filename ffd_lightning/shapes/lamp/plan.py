@@ -1,7 +1,6 @@
 """What the components of a lamp share: sizes, materials, sockets for its heads. Metres."""
 
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -75,4 +74,4 @@ def draw_plan(rng: Rng, place: str) -> Plan:
     return Plan(place, height, radius, wide, slender, 0.0, metal, body, skin)
 
 
-PLACES = tuple(Component(k, row[0], partial(draw_plan, place=k)) for k, row in _PLACES.items())
+PLACES = tuple(Component.of(k, row[0], draw_plan, place=k) for k, row in _PLACES.items())

@@ -1,7 +1,5 @@
 """What carries the heads of a lamp: bodies, poles, arms, cords. All return sockets."""
 
-from functools import partial
-
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
@@ -252,9 +250,9 @@ STEMS = (
     Component("tree", 0.9, tree, _FLOOR),
     Component("cord", 2.2, cord, _CEILING),
     Component("cords", 1.6, cords, _CEILING),
-    Component("chandelier", 1.2, partial(chandelier, tilt=0.0), _CEILING),
-    Component("drops", 0.7, partial(chandelier, tilt=180.0), _CEILING),
+    Component.of("chandelier", 1.2, chandelier, _CEILING, tilt=0.0),
+    Component.of("drops", 0.7, chandelier, _CEILING, tilt=180.0),
     Component("wheel", 0.6, wheel, _CEILING),
-    Component("bracket", 1.2, partial(bracket, sign=1), _WALL),
-    Component("hook", 0.9, partial(bracket, sign=-1), _WALL),
+    Component.of("bracket", 1.2, bracket, _WALL, sign=1),
+    Component.of("hook", 0.9, bracket, _WALL, sign=-1),
 )

@@ -1,7 +1,5 @@
 """What carries a screen: feet and necks, wall mounts, legs, cabinets; loudspeakers and extras."""
 
-from functools import partial
-
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing, pick_material
@@ -223,15 +221,15 @@ _DESK = ("plate", "disc", "v", "sheet", "hoop", "swivel", "computer")
 _BARRED = ("plate", "floor", "arm", "rails", "easel")
 _PANEL, _ONE = {"body": ("panel",)}, {"body": ("panel", "curved")}
 FEET = (
-    Component("plate", 2, partial(foot, kind="plate"), {"body": _FLAT}),
-    Component("disc", 1.5, partial(foot, kind="disc"), {"body": _FLAT}),
-    Component("v", 1, partial(foot, kind="v"), {"body": _FLAT}),
-    Component("floor", 1, partial(foot, kind="plate"), {"body": _FLAT}),
+    Component.of("plate", 2, foot, {"body": _FLAT}, kind="plate"),
+    Component.of("disc", 1.5, foot, {"body": _FLAT}, kind="disc"),
+    Component.of("v", 1, foot, {"body": _FLAT}, kind="v"),
+    Component.of("floor", 1, foot, {"body": _FLAT}, kind="plate"),
     Component("feet", 2, feet, _PANEL),
-    Component("arm", 0.7, partial(wall, folded=True), _ONE),
-    Component("rails", 0.5, partial(wall, folded=False), _ONE),
-    Component("sheet", 1, partial(bracket, solid=True), _PANEL),
-    Component("hoop", 0.8, partial(bracket, solid=False), _PANEL),
+    Component.of("arm", 0.7, wall, _ONE, folded=True),
+    Component.of("rails", 0.5, wall, _ONE, folded=False),
+    Component.of("sheet", 1, bracket, _PANEL, solid=True),
+    Component.of("hoop", 0.8, bracket, _PANEL, solid=False),
     Component("easel", 0.8, easel, _PANEL),
     Component("legs", 1, legs, {"body": ("tube", "console")}),
     Component("swivel", 2, swivel, {"body": ("tube",)}),
@@ -241,8 +239,8 @@ FEET = (
 )
 NECKS = (
     Component("none", 1, nothing, {"foot": tuple(c.name for c in FEET if c.name not in _POSTED)}),
-    *(Component(n, 1, partial(neck, kind=n), {"foot": _POSTED}) for n in ("flat", "round", "bent")),
-    Component("twin", 1, partial(neck, kind="twin"), {"foot": _POSTED, "body": ("panel",)}),
+    *(Component.of(n, 1, neck, {"foot": _POSTED}, kind=n) for n in ("flat", "round", "bent")),
+    Component.of("twin", 1, neck, {"foot": _POSTED, "body": ("panel",)}, kind="twin"),
 )
 SOUNDS = (
     Component("none", 4, nothing),

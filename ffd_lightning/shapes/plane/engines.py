@@ -1,7 +1,6 @@
 """Engines of aeroplanes."""
 
 import itertools
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -147,32 +146,30 @@ def props(b: Builder, rng: Rng, p: Plan, count: int) -> None:
 
 _LINER, _BUSINESS = {"fuselage": ("tube",), "mount": ("low",)}, {"role": ("business",)}
 _BIG = ("tube", "cargo", "hump", "decks")
-_FOUR, _THREE = partial(fans, count=4), partial(fans, place="rear", third=True)
-_REAR, _BENT = partial(fans, place="rear"), {"wing": ("plain",), "fuselage": ("slim",)}
 _AIRLINER, _PROPLINER = {"role": ("airliner",)}, {"role": ("propliner",)}
 _FLYING = {"role": ("flying",)}
 ENGINES = (
     Component("wing2", 6, fans, {"fuselage": ("tube", "cargo"), **_AIRLINER}),
-    Component("wing4", 1.5, _FOUR, {"fuselage": _BIG, **_AIRLINER}),
-    Component("wing3", 0.6, partial(fans, third=True), _LINER),
-    Component("rear2", 2, _REAR, _LINER),
-    Component("rear3", 0.6, _THREE, _LINER),
-    Component("rear2", 5, _REAR, _BUSINESS),
-    Component("rear3", 0.8, _THREE, _BUSINESS),
-    Component("over", 0.5, partial(fans, place="above"), _BUSINESS),
+    Component.of("wing4", 1.5, fans, {"fuselage": _BIG, **_AIRLINER}, count=4),
+    Component.of("wing3", 0.6, fans, _LINER, third=True),
+    Component.of("rear2", 2, fans, _LINER, place="rear"),
+    Component.of("rear3", 0.6, fans, _LINER, place="rear", third=True),
+    Component.of("rear2", 5, fans, _BUSINESS, place="rear"),
+    Component.of("rear3", 0.8, fans, _BUSINESS, place="rear", third=True),
+    Component.of("over", 0.5, fans, _BUSINESS, place="above"),
     Component("below", 1, fans, {"role": ("supersonic",)}),
-    Component("pods", 1, _REAR, _BENT),
-    Component("flank", 3, partial(jets, mouth="flank"),
-              {"role": ("fighter",), "fuselage": ("slim", "broad", "pod")}),
-    Component("chin", 1, partial(jets, mouth="chin"), {"fuselage": ("slim", "broad")}),
-    Component("mouth", 1, partial(jets, mouth="nose"), {"fuselage": ("barrel",)}),
+    Component.of("pods", 1, fans, {"wing": ("plain",), "fuselage": ("slim",)}, place="rear"),
+    Component.of("flank", 3, jets, {"role": ("fighter",), "fuselage": ("slim", "broad", "pod")},
+                 mouth="flank"),
+    Component.of("chin", 1, jets, {"fuselage": ("slim", "broad")}, mouth="chin"),
+    Component.of("mouth", 1, jets, {"fuselage": ("barrel",)}, mouth="nose"),
     Component("nose", 1, nose, {"fuselage": ("cowled", "inline")}),
-    Component("nose", 1, partial(nose, radial=True), {"fuselage": ("radial",)}),
+    Component.of("nose", 1, nose, {"fuselage": ("radial",)}, radial=True),
     Component("pusher", 1, pusher, {"role": ("light",), "fuselage": ("pod",)}),
-    Component("props2", 1, partial(props, count=2), {"role": ("warbird",), "fuselage": ("pod",)}),
-    Component("props2", 1.5, partial(props, count=2), _PROPLINER),
-    Component("props4", 1, partial(props, count=4), _PROPLINER),
+    Component.of("props2", 1, props, {"role": ("warbird",), "fuselage": ("pod",)}, count=2),
+    Component.of("props2", 1.5, props, _PROPLINER, count=2),
+    Component.of("props4", 1, props, _PROPLINER, count=4),
     Component("none", 1, nothing, {"role": ("glider",)}),
-    Component("sunk2", 1.5, partial(sunk, count=2), _FLYING),
-    Component("sunk4", 1, partial(sunk, count=4), _FLYING),
+    Component.of("sunk2", 1.5, sunk, _FLYING, count=2),
+    Component.of("sunk4", 1, sunk, _FLYING, count=4),
 )  # fmt: skip

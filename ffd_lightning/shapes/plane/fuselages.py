@@ -1,7 +1,6 @@
 """Fuselages of aeroplanes, and their cockpits and cabins."""
 
 import itertools
-from functools import partial
 
 import numpy as np
 
@@ -87,20 +86,20 @@ FUSELAGES = (
     Component("tube", 8, tube, {"role": ("airliner",)}),
     Component("decks", 0.6, tube, {"role": ("airliner",)}),
     Component("hump", 0.8, hump, {"role": ("airliner",)}),
-    Component("cargo", 0.7, partial(tube, up=(0.4, 0.75), box=(0.2, 0.5)),
-              {"role": ("airliner", "propliner")}),
-    Component("short", 1.4, partial(tube, box=(0, 0.35)), {"role": ("propliner",)}),
-    Component("sleek", 1, partial(tube, nose=(1.4, 2.4)), {"role": ("business",)}),
-    Component("needle", 1, partial(tube, nose=(3.5, 5)), {"role": ("supersonic",)}),
-    Component("slim", 1, partial(formed, rows=_SLIM, box=0.4), {"role": ("fighter",)}),
-    Component("broad", 1, partial(formed, rows=_BROAD, box=0.5), {"role": ("fighter",)}),
-    Component("barrel", 0.5, partial(formed, rows=_BARREL), {"role": ("fighter",)}),
-    Component("cowled", 1, partial(formed, rows=_COWLED, box=0.5), {"role": ("light",)}),
-    Component("inline", 1, partial(formed, rows=_INLINE), {"role": ("warbird",)}),
-    Component("radial", 0.8, partial(formed, rows=_RADIAL), {"role": ("warbird", "light")}),
-    Component("pod", 0.2, partial(formed, rows=_POD), {"role": ("light", "fighter", "warbird")}),
-    Component("sailplane", 1, partial(formed, rows=_SAILPLANE), {"role": ("glider",)}),
-    Component("centre", 1, partial(formed, rows=_CENTRE), {"role": ("flying",)}),
+    Component.of("cargo", 0.7, tube, {"role": ("airliner", "propliner")},
+                 up=(0.4, 0.75), box=(0.2, 0.5)),
+    Component.of("short", 1.4, tube, {"role": ("propliner",)}, box=(0, 0.35)),
+    Component.of("sleek", 1, tube, {"role": ("business",)}, nose=(1.4, 2.4)),
+    Component.of("needle", 1, tube, {"role": ("supersonic",)}, nose=(3.5, 5)),
+    Component.of("slim", 1, formed, {"role": ("fighter",)}, rows=_SLIM, box=0.4),
+    Component.of("broad", 1, formed, {"role": ("fighter",)}, rows=_BROAD, box=0.5),
+    Component.of("barrel", 0.5, formed, {"role": ("fighter",)}, rows=_BARREL),
+    Component.of("cowled", 1, formed, {"role": ("light",)}, rows=_COWLED, box=0.5),
+    Component.of("inline", 1, formed, {"role": ("warbird",)}, rows=_INLINE),
+    Component.of("radial", 0.8, formed, {"role": ("warbird", "light")}, rows=_RADIAL),
+    Component.of("pod", 0.2, formed, {"role": ("light", "fighter", "warbird")}, rows=_POD),
+    Component.of("sailplane", 1, formed, {"role": ("glider",)}, rows=_SAILPLANE),
+    Component.of("centre", 1, formed, {"role": ("flying",)}, rows=_CENTRE),
 )  # fmt: skip
 
 
@@ -169,12 +168,11 @@ def seats(b: Builder, rng: Rng, p: Plan) -> None:
 
 _LIGHT = {"role": ("light",), "mount": ("low", "high")}
 COCKPITS = (
-    Component("rows", 1, partial(cabin, count=(14, 32)), {"fuselage": ("tube", "hump", "needle")}),
-    Component("decks", 1, partial(cabin, count=(20, 34), ups=(-0.15, 0.42)),
-              {"fuselage": ("decks",)}),
-    Component("few", 1, partial(cabin, count=(3, 13)), {"fuselage": ("cargo", "short", "sleek")}),
+    Component.of("rows", 1, cabin, {"fuselage": ("tube", "hump", "needle")}, count=(14, 32)),
+    Component.of("decks", 1, cabin, {"fuselage": ("decks",)}, count=(20, 34), ups=(-0.15, 0.42)),
+    Component.of("few", 1, cabin, {"fuselage": ("cargo", "short", "sleek")}, count=(3, 13)),
     Component("bubble", 1, bubble, {"role": ("fighter", "warbird", "glider", "flying")}),
-    Component("long", 1, partial(bubble, long=(0.28, 0.42)), _LIGHT),
+    Component.of("long", 1, bubble, _LIGHT, long=(0.28, 0.42)),
     Component("cab", 1.5, cab, {"mount": ("raised", "low"), "fuselage": ("cowled",)}),
     Component("seats", 1, seats, {"mount": ("parasol", "stack")}),
-)  # fmt: skip
+)

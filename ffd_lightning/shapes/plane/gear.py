@@ -145,5 +145,5 @@ STORES = (
     Component("tanks", 0.15, tanks, {"mount": ("low", "mid"), **_STRAIGHT}),
     Component("guns", 1, guns, {"role": ("warbird",)}),
     Component("braces", 1, braces, {"mount": ("raised",)}),
-    Component("cabane", 1, partial(braces, inner=(0.1,)), {"mount": ("parasol",)}),
+    Component.of("cabane", 1, braces, {"mount": ("parasol",)}, inner=(0.1,)),
 )

@@ -6,7 +6,6 @@ The unit of length is about the fuselage's; the nose is at z = -0.5.
 import colorsys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 
@@ -108,4 +107,4 @@ def draw_plan(rng: Rng, role: str) -> Plan:
     return Plan(*sizes, paint, accent)
 
 
-ROLES = tuple(Component(k, row[0], partial(draw_plan, role=k)) for k, row in _RANGES.items())
+ROLES = tuple(Component.of(k, row[0], draw_plan, role=k) for k, row in _RANGES.items())

@@ -1,6 +1,5 @@
 """Tails of aeroplanes."""
 
-from functools import partial
 from typing import Any
 
 from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing
@@ -115,7 +114,7 @@ _ROWS: tuple[tuple[Any, ...], ...] = (  # name, weight, sizes, at, needs
 )
 TAILS = (
     *(
-        Component(name, weight, partial(tail, sizes=sizes, at=at, canted=name in _CANTED), needs)
+        Component.of(name, weight, tail, needs, sizes=sizes, at=at, canted=name in _CANTED)
         for name, weight, sizes, at, needs in _ROWS
     ),
     Component("vee", 0.3, vee, {"fuselage": ("sleek", "cowled", "broad", "sailplane")}),

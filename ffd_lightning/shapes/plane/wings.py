@@ -1,7 +1,6 @@
 """Wings of aeroplanes, where they sit, and what is before them."""
 
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -51,15 +50,14 @@ def level(rng: Rng, p: Plan, ups: Pair) -> float:
 _MID, _OPEN = ("slim", "broad", "barrel", "sailplane", "centre"), {"fuselage": ("cowled", "radial")}
 _LOW = ("tube", "short", "sleek", "radial", "inline", "cowled", "pod", "decks", "hump", "needle")
 MOUNTS = (
-    Component("low", 5, partial(level, ups=(-0.75, -0.45)), {"fuselage": _LOW}),
-    Component("mid", 2, partial(level, ups=(-0.25, 0.3)), {"fuselage": _MID}),
-    Component("high", 0.5, partial(level, ups=(0.75, 0.9)),
-              {"fuselage": ("tube", "pod", *_MID[:4])}),
-    Component("high", 5, partial(level, ups=(0.8, 0.92)), {"fuselage": ("short", "cargo")}),
-    Component("raised", 5, partial(level, ups=(1.3, 1.8)), {"fuselage": ("cowled",)}),
-    Component("parasol", 0.5, partial(level, ups=(1.8, 2.2)), {"role": ("light",), **_OPEN}),
-    Component("stack", 1.2, partial(level, ups=(-0.8, -0.6)), {"role": ("light",), **_OPEN}),
-)  # fmt: skip
+    Component.of("low", 5, level, {"fuselage": _LOW}, ups=(-0.75, -0.45)),
+    Component.of("mid", 2, level, {"fuselage": _MID}, ups=(-0.25, 0.3)),
+    Component.of("high", 0.5, level, {"fuselage": ("tube", "pod", *_MID[:4])}, ups=(0.75, 0.9)),
+    Component.of("high", 5, level, {"fuselage": ("short", "cargo")}, ups=(0.8, 0.92)),
+    Component.of("raised", 5, level, {"fuselage": ("cowled",)}, ups=(1.3, 1.8)),
+    Component.of("parasol", 0.5, level, {"role": ("light",), **_OPEN}, ups=(1.8, 2.2)),
+    Component.of("stack", 1.2, level, {"role": ("light",), **_OPEN}, ups=(-0.8, -0.6)),
+)
 
 
 class Form(NamedTuple):
@@ -153,7 +151,7 @@ _FORMS: dict[str, tuple[Form, float, tuple[str, ...]]] = {  # form, weight, role
 _SINGLE = ("low", "mid", "high", "raised", "parasol")
 WINGS = (
     *(
-        Component(name, weight, partial(wing, form=form), {"role": roles, "mount": _SINGLE})
+        Component.of(name, weight, wing, {"role": roles, "mount": _SINGLE}, form=form)
         for name, (form, weight, roles) in _FORMS.items()
     ),
     Component("elliptic", 0.6, elliptic, {"role": ("warbird", "light"), "mount": ("low",)}),

@@ -1,7 +1,6 @@
 """What stands on deck: houses of one or more storeys, and what stands on their roofs."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -211,7 +210,7 @@ def canopy(b: Builder, rng: Rng, p: Plan) -> None:
 
 def _stack(name: str, weight: float, *hulls: str) -> Component:
     """Return a house of storeys that goes with some hulls."""
-    return Component(name, weight, partial(stack, kind=name), {"hull": hulls})
+    return Component.of(name, weight, stack, {"hull": hulls}, kind=name)
 
 
 HOUSES = (

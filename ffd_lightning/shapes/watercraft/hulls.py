@@ -1,7 +1,6 @@
 """Hulls: open, decked, two or three abreast, and submarines."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -199,8 +198,8 @@ _OPENED = {"skiff": 1.2, "canoe": 0.8}
 _DECKED = {"planing": 2.2, "yacht": 1.7, "tub": 1.3, "galleon": 1.2, "freighter": 1.5, "liner": 1,
            "navy": 1.3, "barge": 0.9}  # fmt: skip
 HULLS = (
-    *(Component(kind, weight, partial(opened, kind=kind)) for kind, weight in _OPENED.items()),
-    *(Component(kind, weight, partial(decked, kind=kind)) for kind, weight in _DECKED.items()),
+    *(Component.of(kind, weight, opened, kind=kind) for kind, weight in _OPENED.items()),
+    *(Component.of(kind, weight, decked, kind=kind) for kind, weight in _DECKED.items()),
     Component("catamaran", 0.9, twin),
     Component("submarine", 0.7, submarine),
 )

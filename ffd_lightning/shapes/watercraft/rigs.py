@@ -1,7 +1,6 @@
 """What drives a watercraft, if it shows: oars, outboard motors, paddle wheels, sails."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -155,8 +154,8 @@ def _rig(
 ) -> Component:
     """Return sails of a kind on a number of masts that go with some hulls."""
     houses = ("open", "coachroof", "wheelhouse", "castle")
-    build = partial(sails, masts=masts, kind=kind, jibs=jibs)
-    return Component(name, weight, build, {"hull": hulls, "house": houses, "top": ("bare",)})
+    needs = {"hull": hulls, "house": houses, "top": ("bare",)}
+    return Component.of(name, weight, sails, needs, masts=masts, kind=kind, jibs=jibs)
 
 
 _ENGINED = ("planing", "tub", "freighter", "liner", "navy", "barge", "submarine")
