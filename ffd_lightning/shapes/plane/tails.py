@@ -1,7 +1,5 @@
 """Tails of aeroplanes."""
 
-from typing import Any
-
 from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing
 from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Pair, vec
@@ -15,7 +13,9 @@ _JET: Sizes = ((0.16, 0.26), (0.12, 0.22), (0.4, 1.1))
 _PROP: Sizes = ((0.1, 0.18), (0.1, 0.2), (0.05, 0.7))
 
 
-def tail(b: Builder, rng: Rng, p: Plan, sizes: Sizes, at: float | None, canted: bool) -> None:
+def tail(
+    b: Builder, rng: Rng, p: Plan, sizes: Sizes, at: float | None = None, canted: bool = False
+) -> None:
     """Add one fin, or two that lean outward when `canted`, and tailplanes.
 
     They are at the fuselage, at the share `at` of the fin's height, or nowhere.
@@ -93,30 +93,24 @@ _ONE, _TWO = {"fuselage": ("slim", "barrel")}, {"fuselage": ("broad",)}
 _PISTON = {"fuselage": ("cowled", "inline", "radial", "sailplane", "short", "cargo")}
 _SLENDER = {"fuselage": ("cowled", "short", "cargo", "sailplane"),
             "mount": ("low", "mid", "high", "raised")}  # fmt: skip
-_HUNG, _REAR = {"engines": ("wing2", "wing4", "wing3")}, {"engines": ("rear2", "rear3")}
-_CANTED, _SLOW = ("canted", "fins"), ("propliner", "light", "glider")
-_ROWS: tuple[tuple[Any, ...], ...] = (  # name, weight, sizes, at, needs
-    ("low", 6, _LINER, 0.0, {"role": ("airliner",), **_HUNG}),
-    ("low", 0.5, _LINER, 0.0, {"engines": ("over",)}),
-    ("tee", 8, _LINER, 0.96, {"mount": ("high",), **_HUNG}),
-    ("tee", 2, _LINER, 0.96, {"role": ("airliner", "business"), **_REAR}),
-    ("cross", 0.7, _LINER, 0.4, {"role": ("business",)}),
-    ("low", 3, _PROP, 0.0, {"role": (*_SLOW, "warbird"), **_PISTON}),
-    ("cross", 0.5, _PROP, 0.4, {"role": _SLOW, **_PISTON}),
-    ("tee", 1, _PROP, 0.96, {"role": _SLOW, **_SLENDER}),
-    ("low", 1.5, _JET, 0.0, {**_FREE, **_ONE}),
-    ("cross", 0.3, _JET, 0.35, {"wing": ("arrow", "plain"), **_ONE}),
-    ("tee", 0.2, _JET, 0.96, {"wing": ("arrow", "delta"), **_ONE}),
-    ("fin", 1, _JET, None, {**_CLOSE, "fuselage": ("slim", "barrel", "needle")}),
-    ("canted", 3, _JET, 0.0, {**_FREE, **_TWO}),
-    ("canted", 0.4, _JET, 0.0, {**_FREE, "fuselage": ("slim",)}),
-    ("fins", 1, _JET, None, {**_CLOSE, **_TWO}),
-)
+_HUNG, _SLIM = {"engines": ("wing2", "wing4", "wing3")}, {"fuselage": ("slim",)}
+_SLOW = ("propliner", "light", "glider")
 TAILS = (
-    *(
-        Component.of(name, weight, tail, needs, sizes=sizes, at=at, canted=name in _CANTED)
-        for name, weight, sizes, at, needs in _ROWS
-    ),
+    Component.of("low", 6, tail, _HUNG, sizes=_LINER, at=0.0),
+    Component.of("low", 0.5, tail, {"engines": ("over",)}, sizes=_LINER, at=0.0),
+    Component.of("tee", 8, tail, {"mount": ("high",), **_HUNG}, sizes=_LINER, at=0.96),
+    Component.of("tee", 2, tail, {"engines": ("rear2", "rear3")}, sizes=_LINER, at=0.96),
+    Component.of("cross", 0.7, tail, {"role": ("business",)}, sizes=_LINER, at=0.4),
+    Component.of("low", 3, tail, {"role": (*_SLOW, "warbird"), **_PISTON}, sizes=_PROP, at=0.0),
+    Component.of("cross", 0.5, tail, {"role": _SLOW, **_PISTON}, sizes=_PROP, at=0.4),
+    Component.of("tee", 1, tail, {"role": _SLOW, **_SLENDER}, sizes=_PROP, at=0.96),
+    Component.of("low", 1.5, tail, {**_FREE, **_ONE}, sizes=_JET, at=0.0),
+    Component.of("cross", 0.3, tail, {"wing": ("arrow", "plain"), **_ONE}, sizes=_JET, at=0.35),
+    Component.of("tee", 0.2, tail, {"wing": ("arrow", "delta"), **_ONE}, sizes=_JET, at=0.96),
+    Component.of("fin", 1, tail, {**_CLOSE, "fuselage": ("slim", "barrel", "needle")}, sizes=_JET),
+    Component.of("canted", 3, tail, {**_FREE, **_TWO}, sizes=_JET, at=0.0, canted=True),
+    Component.of("canted", 0.4, tail, {**_FREE, **_SLIM}, sizes=_JET, at=0.0, canted=True),
+    Component.of("fins", 1, tail, {**_CLOSE, **_TWO}, sizes=_JET, canted=True),
     Component("vee", 0.3, vee, {"fuselage": ("sleek", "cowled", "broad", "sailplane")}),
     Component("plates", 0.7, plates, {"role": ("propliner",)}),
     Component("booms", 1, booms, {"fuselage": ("pod",)}),
