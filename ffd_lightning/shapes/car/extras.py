@@ -104,8 +104,7 @@ def bed(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
         b.tube("trim", CHROME, bend([*hoop, (x, p.belt - 0.05, z)], 0.12, 3), 0.03, segments=8)
     elif kind < 0.5:
         size = (1.9 * x, high - p.belt + 0.1, ends[1] - ends[0] - 0.04)
-        middle = (0, (high + p.belt) / 2 - 0.05, sum(ends) / 2)
-        b.rounded_box("body", p.second, middle, size, 0.1)
+        b.rounded_box("body", p.second, (0, (high + p.belt) / 2 - 0.05, sum(ends) / 2), size, 0.1)
 
 
 def crate(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
@@ -161,5 +160,5 @@ REARS = (
     Component("bed", 2.5, bed, {**_FLAT, "use": ("pickup", "vintage")}),
     Component("crate", 1, crate, _FLAT),
     Component("flatbed", 0.7, flatbed, _FLAT),
-    Component("tank", 0.5, tank, {**_FLAT, "use": ("lorry",)}),
+    Component("tank", 0.5, tank, {"use": ("lorry",)}),
 )

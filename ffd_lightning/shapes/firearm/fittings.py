@@ -114,11 +114,11 @@ _LIGHT = ("service", "compact", "machine_pistol", "bullpup", "support")
 SIGHTS = (
     Component("iron", 1.6, iron, {"barrel": ("bare", "lug", "guard", "jacket", "lever")}),
     Component("bead", 1.4, bead, {"barrel": ("pump", "side", "over")}),
-    Component("scope", 1.2, scope, {"kind": ("service", "bullpup", "bolt"), **_BELOW}),
+    Component("scope", 1.2, scope, {"kind": ("service", "bullpup", "bolt")}),
     Component("scope", 0.2, scope, {"kind": ("revolver", "hunting")}),
     Component("dot", 0.8, dot, {"kind": _LIGHT, **_BELOW}),
     Component("dot", 0.3, dot, {"body": ("slide",)}),
-    Component("carrier", 0.9, carrier, {"kind": ("service", "bullpup"), **_BELOW}),
+    Component("carrier", 0.9, carrier, {"kind": ("service", "bullpup")}),
 )
 EXTRAS = (
     Component("none", 2, nothing),

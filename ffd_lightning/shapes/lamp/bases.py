@@ -66,12 +66,11 @@ def plate(b: Builder, rng: Rng, p: Plan) -> float:
     return 0.02
 
 
-_ALONE = {"stem": ("vase", "stack", "block", "tripod"), "place": ("table", "floor")}
 _ON_FOOT = ("none", "vase", "stack", "block", "loop", "pole", "jointed", "branches")
 _ROOM = {"place": ("table", "floor", "desk", "garden"), "stem": (*_ON_FOOT, "tree", "bow")}
 _HUNG = {"place": ("ceiling",), "stem": ("none", "cord", "chandelier", "drops", "wheel")}
 BASES = (
-    Component("bare", 1.5, nothing, _ALONE),
+    Component("bare", 1.5, nothing, {"stem": ("vase", "stack", "block", "tripod")}),
     Component("bare", 1, nothing, {"stem": ("cords",)}),
     *(Component.of(kind, 1, foot, _ROOM, kind=kind) for kind in _FEET),
     Component("rose", 1, rose, _HUNG),

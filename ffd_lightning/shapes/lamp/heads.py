@@ -157,13 +157,12 @@ _BODIES = ("vase", "stack", "block", "loop", "tripod", "pole")
 _UP = ("chandelier", "wheel", "bracket", "branches")
 _DOWN = ("cord", "cords", "hook", "drops", "bow")
 _ROOMS: dict[str, tuple[str, ...]] = {"place": ("table", "floor", "ceiling", "wall")}
-_LEVEL = {"stem": (*_UP, *_DOWN, "none", "pole"), "place": ("garden", "ceiling", "wall")}
 HEADS = (
     Component("cloth", 4, cloth, {"stem": _BODIES, "place": ("table", "floor")}),
     Component("cloth", 1.2, cloth, _ROOMS | {"stem": (*_UP, *_DOWN)}),
     Component("cup", 2, cup, {"stem": (*_UP, *_DOWN, "jointed", "tree", "pole", "tripod")}),
     Component("globe", 1, globe, {"stem": (*_UP, *_DOWN, *_BODIES, "tree", "none")}),
-    Component("lantern", 1, lantern, _LEVEL),
+    Component("lantern", 1, lantern, {"place": ("garden", "ceiling", "wall")}),
     Component("lantern", 1, lantern, {"stem": ("none",), "place": ("table",)}),
     Component("candle", 2, candle, _ROOMS | {"stem": _UP}),
     Component("leaves", 0.8, leaves, {"stem": ("cord", "pole", "block", "tripod", "none")}),

@@ -145,12 +145,11 @@ def props(b: Builder, rng: Rng, p: Plan, count: int) -> None:
 
 
 _LINER, _BUSINESS = {"fuselage": ("tube",), "mount": ("low",)}, {"role": ("business",)}
-_BIG = ("tube", "cargo", "hump", "decks")
 _AIRLINER, _PROPLINER = {"role": ("airliner",)}, {"role": ("propliner",)}
 _FLYING = {"role": ("flying",)}
 ENGINES = (
     Component("wing2", 6, fans, {"fuselage": ("tube", "cargo"), **_AIRLINER}),
-    Component.of("wing4", 1.5, fans, {"fuselage": _BIG, **_AIRLINER}, count=4),
+    Component.of("wing4", 1.5, fans, _AIRLINER, count=4),
     Component.of("wing3", 0.6, fans, _LINER, third=True),
     Component.of("rear2", 2, fans, _LINER, place="rear"),
     Component.of("rear3", 0.6, fans, _LINER, place="rear", third=True),

@@ -69,7 +69,7 @@ def one_wheel(b: Builder, rng: Rng, p: Plan) -> None:
     _leg(b, STEEL, belly + 0.03 * UP, belly - 0.016 * UP, 0.024, 1)
 
 
-_LINERS, _PISTON = ("airliner", "business", "supersonic", "propliner"), ("light", "warbird")
+_LINERS = ("airliner", "business", "supersonic", "propliner")
 _BOGIES = partial(wheels, front=-0.38, along=0.65, radius=(0.013, 0.02), count=2)
 _JET = partial(wheels, front=-0.28, along=0.6, radius=(0.017, 0.021))
 _NOSE = partial(wheels, front=-0.42, along=0.6, radius=(0.028, 0.042))
@@ -81,7 +81,7 @@ GEARS = (
     Component("tricycle", 1, _JET, {"role": ("fighter", "flying")}),
     Component("tricycle", 1.2, _NOSE, {"role": ("light",), "mount": ("low", "high", "raised")}),
     Component("tricycle", 1, _NOSE, {"role": ("warbird",), "fuselage": ("pod",)}),
-    Component("tail", 1, _TAIL, {"role": _PISTON, "fuselage": ("cowled", "inline", "radial")}),
+    Component("tail", 1, _TAIL, {"fuselage": ("cowled", "inline", "radial")}),
     Component("floats", 0.3, floats, {"role": ("light",)}),
     Component("wheel", 1, one_wheel, {"role": ("glider",)}),
 )

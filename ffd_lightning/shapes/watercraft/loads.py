@@ -191,7 +191,7 @@ LOADS = (
     Component("containers", 2, containers, _CARGO),
     Component("hatches", 2, hatches, _CARGO),
     Component("tanks", 1, tanks, _CARGO),
-    Component("pipes", 1, pipes, _CARGO | {"hull": ("freighter",)}),
+    Component("pipes", 1, pipes, {"hull": ("freighter",)}),
     Component("gear", 4, gear, {"hull": ("tub",)}),
     Component("guns", 1, guns, {"house": ("citadel",)}),
     Component("planes", 1, planes, {"house": ("flattop",)}),
