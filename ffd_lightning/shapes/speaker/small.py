@@ -48,8 +48,7 @@ def add_pod(b: Builder, rng: Rng, finish: Finish, radius: float, at: Array, yaw:
     r = mouth * rng.uniform(0.8, 0.95) * min(1.0, stretch)
     front, spare = center - turn @ vec(0, 0, out), mouth * stretch - r
     shift = -0.85 * spare if stretch > 1.15 else 0.0
-    a = 2 * np.pi * np.arange(24) / 24
-    disc = np.stack([np.cos(a), np.sin(a), 0 * a], 1)
+    disc = circle(24, 1.0, 0.0)[:, [0, 2, 1]]
     rings = [mouth * disc * vec(1, stretch, 1), 0.93 * r * disc + shift * UP]
     b.loft("body", finish.rim, [ring @ turn.T + front for ring in rings], caps=False)
     driver(b, finish, "woofer", front + turn @ (shift * UP), r, turn)
