@@ -1,7 +1,6 @@
 """Seats of benches, what carries them, backs in the frame of `Plan.back`, and arms."""
 
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -287,7 +286,7 @@ SEATS = (
     Component("boards", 4, boards, _BOARDED),
     Component("board", 3, board, _BOARDED),
     Component("pad", 4, soft, {"use": ("hall", "bed", "stool")}),
-    Component("slab", 1, partial(board, soft=0.0), {"use": ("stone",)}),
+    Component.of("slab", 1, board, {"use": ("stone",)}, soft=0.0),
     Component("bows", 1, nothing, _ROUND),
     Component("pair", 1, nothing, {"use": ("picnic",)}),
 )
@@ -300,7 +299,7 @@ BASES = (
     Component("chest", 2.5, chest, {"use": ("hall", "bed"), "seat": ("board", "pad")}),
     Component("blocks", 1, blocks, {"seat": ("slab",)}),
     Component("bows", 1, bows, _ROUND),
-    Component("backed bows", 1, partial(bows, backed=True), _ROUND),
+    Component.of("backed bows", 1, bows, _ROUND, backed=True),
     Component("picnic", 1, picnic, {"use": ("picnic",)}),
 )
 _SAT = {"use": ("garden", "hall"), **_WOODEN}
@@ -317,7 +316,7 @@ _POSTS = ("slats", "bars", "cross", "panel")
 ARMS = (
     Component("none", 2, nothing),
     Component("rests", 3, rests, {"back": _POSTS}),
-    Component("posts", 1, partial(rests, backed=False), {**_SAT, "back": ("open",)}),
+    Component.of("posts", 1, rests, {**_SAT, "back": ("open",)}, backed=False),
     Component("hoops", 1, hoops, {"back": _POSTS, "base": ("iron", "loops")}),
     Component("ends", 1.5, ends, {"use": ("hall",), "back": _POSTS}),
     Component("scrolls", 2, scrolls, {"seat": ("pad",)}),

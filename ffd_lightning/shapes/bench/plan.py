@@ -1,7 +1,6 @@
 """What the components of a bench share: sizes, materials, the frame of its back. Metres."""
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -74,4 +73,4 @@ def draw_plan(rng: Rng, seat: str, use: str) -> Plan:
     return Plan(length, depth, height, rise, rake, *sizes, wood, frame, draw_cover(rng))
 
 
-USES = tuple(Component(use, of[0], partial(draw_plan, use=use)) for use, of in _SIZES.items())
+USES = tuple(Component.of(use, of[0], draw_plan, use=use) for use, of in _SIZES.items())

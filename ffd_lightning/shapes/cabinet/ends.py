@@ -1,7 +1,5 @@
 """What a cabinet stands on and what it ends with."""
 
-from functools import partial
-
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.joinery import carcass, plank
@@ -69,7 +67,7 @@ STANDS = (
     Component("none", 1, nothing),
     Component("plinth", 1.3, plinth, {"layout": (*_FIRM, "files", "lockers")}),
     Component("legs", 3, legs, {"layout": (*_FIRM, "lockers")} | {"use": (*_LIGHT["use"], "tall")}),
-    Component("splayed", 1.5, partial(legs, splayed=True), _LIGHT),
+    Component.of("splayed", 1.5, legs, _LIGHT, splayed=True),
     Component("bracket", 1, bracket, {"layout": _FIRM}),
     Component("sled", 1.5, sled, _LIGHT),
     Component("casters", 0.7, casters, _ROLLING),

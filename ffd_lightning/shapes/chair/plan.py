@@ -1,7 +1,6 @@
 """What the components of a chair share: sizes, materials, the frame of its back. Metres."""
 
 from dataclasses import dataclass
-from functools import partial
 
 from ffd_lightning.shapes.kit import Component, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.upholstery import Seating, draw_cover
@@ -69,4 +68,4 @@ def draw_plan(rng: Rng, use: str) -> Plan:
     return Plan(width, depth, seat, thick, rise, rake, frame, draw_cover(rng))
 
 
-USES = tuple(Component(use, of[0], partial(draw_plan, use=use)) for use, of in _SIZES.items())
+USES = tuple(Component.of(use, of[0], draw_plan, use=use) for use, of in _SIZES.items())

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -34,7 +34,7 @@ class Component:
     name: str
     weight: float  # how frequent it is in the world, relative to the slot's others
     build: Callable[..., Any]  # draws it; which arguments it gets is its category's affair
-    needs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    needs: Needs = field(default_factory=dict)
 
     def fits(self, chosen: Chosen) -> bool:
         """Return whether the component goes with those of the earlier slots."""
@@ -43,7 +43,7 @@ class Component:
     @classmethod
     def of(
         cls, name: str, weight: float, build: Callable[..., Any], needs: Needs = _NONE, **fixed: Any
-    ) -> Component:
+    ) -> Self:
         """Return a component whose `build` gets the arguments `fixed` besides the category's."""
         return cls(name, weight, partial(build, **fixed), needs)
 

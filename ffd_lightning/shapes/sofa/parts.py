@@ -1,7 +1,6 @@
 """What a sofa stands on, its seats, its backs and its arms."""
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -71,8 +70,8 @@ BASES = (
 )
 SEATS = (
     Component("each", 5, each),
-    Component("bench", 2, partial(cushions, wide=5)),
-    Component("rolls", 0.8, partial(cushions, wide=0.22), _LONG),
+    Component.of("bench", 2, cushions, wide=5),
+    Component.of("rolls", 0.8, cushions, _LONG, wide=0.22),
 )
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -102,10 +101,10 @@ def corner(rng: Rng, p: Seating, wings: int) -> list[Row]:
 
 LAYOUTS = (
     Component("straight", 5.5, lambda rng, p: [Row(p)]),
-    Component("stool", 1, partial(lengthened, apart=True)),
-    Component("ell", 1.6, partial(lengthened, apart=False)),
-    Component("corner", 1.5, partial(corner, wings=1)),
-    Component("u", 1, partial(corner, wings=2)),
+    Component.of("stool", 1, lengthened, apart=True),
+    Component.of("ell", 1.6, lengthened, apart=False),
+    Component.of("corner", 1.5, corner, wings=1),
+    Component.of("u", 1, corner, wings=2),
     Component("longue", 1, longue),
     Component("curved", 2, curved),
 )

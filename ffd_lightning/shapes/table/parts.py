@@ -1,7 +1,5 @@
 """Tops of tables, what carries them, and what is below and on them."""
 
-from functools import partial
-
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Component, Rng, draw, nothing, pick_material
@@ -306,7 +304,7 @@ BASES = (
     Component("cabriole", 0.7, cabriole, {"use": ("dining", *_LOW, "console")}),
     Component("sled", 1.2, sled, _PLAIN),
     Component("panels", 2, panels, _PLAIN),
-    Component("curved", 0.7, partial(panels, waist=0.6), _PLAIN),
+    Component.of("curved", 0.7, panels, _PLAIN, waist=0.6),
     Component("trestle", 1.5, trestle, {"use": ("dining", "coffee", "bar"), "shape": _ENDED}),
     Component("pedestal", 2.5, pedestal, _FREE | {"use": ("dining", "bar", *_LOW)}),
     Component("drum", 1, drum, _FREE | {"use": _LOW}),

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -81,12 +80,12 @@ def draw_plan(rng: Rng, outline: Array, corners: Array, height: float, *, flush:
 
 
 USES = (  # they draw width, depth, height
-    Component("dining", 2, partial(Rng.uniform, low=(1.1, 0.7, 0.66), high=(2.6, 1.15, 0.8))),
-    Component("coffee", 3, partial(Rng.uniform, low=(0.6, 0.4, 0.24), high=(1.6, 0.9, 0.54))),
-    Component("side", 3.2, partial(Rng.uniform, low=(0.28, 0.28, 0.34), high=(0.68, 0.66, 0.84))),
-    Component("bar", 1.4, partial(Rng.uniform, low=(0.5, 0.4, 0.9), high=(1.7, 0.75, 1.2))),
-    Component("console", 1.8, partial(Rng.uniform, low=(0.7, 0.22, 0.64), high=(1.8, 0.45, 0.95))),
-    Component("desk", 2.8, partial(Rng.uniform, low=(0.9, 0.45, 0.68), high=(1.9, 0.9, 0.8))),
+    Component.of("dining", 2, Rng.uniform, low=(1.1, 0.7, 0.66), high=(2.6, 1.15, 0.8)),
+    Component.of("coffee", 3, Rng.uniform, low=(0.6, 0.4, 0.24), high=(1.6, 0.9, 0.54)),
+    Component.of("side", 3.2, Rng.uniform, low=(0.28, 0.28, 0.34), high=(0.68, 0.66, 0.84)),
+    Component.of("bar", 1.4, Rng.uniform, low=(0.5, 0.4, 0.9), high=(1.7, 0.75, 1.2)),
+    Component.of("console", 1.8, Rng.uniform, low=(0.7, 0.22, 0.64), high=(1.8, 0.45, 0.95)),
+    Component.of("desk", 2.8, Rng.uniform, low=(0.9, 0.45, 0.68), high=(1.9, 0.9, 0.8)),
 )
 
 Shape = tuple[Array, Array]
@@ -145,13 +144,13 @@ BOX = ("rectangle", "square")
 _ROUND = {"use": ("dining", "coffee", "side", "bar")}
 SHAPES = (
     Component("rectangle", 8, rectangle),
-    Component("rounded", 2, partial(rectangle, round_=1.0)),
+    Component.of("rounded", 2, rectangle, round_=1.0),
     Component("square", 2, square, _ROUND),
     Component("circle", 3, circle, _ROUND),
     Component("oval", 1.5, oval, {"use": ("dining", "coffee")}),
-    Component("hexagon", 0.5, partial(circle, count=6), _ROUND),
-    Component("octagon", 0.5, partial(circle, count=8), _ROUND),
-    Component("pebble", 1, partial(circle, wave=0.1), {"use": ("coffee", "side")}),
+    Component.of("hexagon", 0.5, circle, _ROUND, count=6),
+    Component.of("octagon", 0.5, circle, _ROUND, count=8),
+    Component.of("pebble", 1, circle, {"use": ("coffee", "side")}, wave=0.1),
     Component("bowed", 1.5, bowed, {"use": ("dining", "coffee", "console", "desk", "bar")}),
     Component("half", 1.5, half_round, {"use": ("console",)}),
 )
