@@ -15,7 +15,7 @@ from ffd_lightning import components
 from ffd_lightning.app.studies import Search, merged, value_of
 from ffd_lightning.data.preparation.prepared import digest_of
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.files import write_atomic, write_csv
+from ffd_lightning.files import lock_folder, write_atomic, write_csv
 from ffd_lightning.run_folder import decides, find_runs
 
 if TYPE_CHECKING:
@@ -36,6 +36,9 @@ def run_search(
     Writes `search.db` (Optuna's own, for its dashboard), `trials.csv` and `best.json`. Trial k's
     runs are in `search-DIGEST/trial-k`, whose digest is of the search and its overrides. `train`
     sweeps with overrides and returns an exit code; so does this, 0 if all trials are finished.
+
+    Raises:
+        ConfigError: no Optuna, no such measure, another subset; another process does this search.
     """
     try:
         import optuna
@@ -51,28 +54,30 @@ def run_search(
     maximize = measures[search.measure].higher_is_better
     deciding = sorted(x for x in overrides if _decides(x.lstrip("+~").partition("=")[0]))
     settings = [deciding, search.measure, asdict(search)["parameters"]]
-    with FileLock(folder / ".search.lock"):  # two searches at once would both make the tables
-        study = optuna.create_study(
-            study_name=f"search-{digest_of(settings)[:_DIGITS]}",
-            storage=f"sqlite:///{folder.absolute() / 'search.db'}",
-            direction="maximize" if maximize else "minimize",
-            load_if_exists=True,
-        )
-    code = 0
-    for number, chosen in _trials(study, search, trials):
-        place = f"{study.study_name}/trial-{number:03d}"
-        values = [f"{key}={value!r}" for key, value in chosen.items()]
-        subdir = f'hydra.sweep.subdir="{place}/${{run_folder:}}"'
-        print(f"\ntrial {number + 1} of {trials}: {' '.join(values)}", flush=True)
-        failed = train(merged([*overrides, "evaluation.subset=val", *values, subdir]))
-        runs = [run for run in find_runs(folder / place) if run.finished]
-        if failed or not runs:
-            code = 1  # the trial stays open: the same command tries it again
-            continue
-        scores = [run.status["summary"][search.measure] for run in runs]
-        study.tell(number, float(np.mean(scores)))
-        _write(study, folder)
-    _write(study, folder)  # another search of this name may have written its own meanwhile
+    name = f"search-{digest_of(settings)[:_DIGITS]}"
+    with lock_folder(folder / name, f"another process does {folder / name}: wait for it"):
+        with FileLock(folder / ".search.lock"):  # two searches at once would both make the tables
+            study = optuna.create_study(
+                study_name=name,
+                storage=f"sqlite:///{folder.absolute() / 'search.db'}",
+                direction="maximize" if maximize else "minimize",
+                load_if_exists=True,
+            )
+        code = 0
+        for number, chosen in _trials(study, search, trials):
+            place = f"{name}/trial-{number:03d}"
+            values = [f"{key}={value!r}" for key, value in chosen.items()]
+            subdir = f'hydra.sweep.subdir="{place}/${{run_folder:}}"'
+            print(f"\ntrial {number + 1} of {trials}: {' '.join(values)}", flush=True)
+            failed = train(merged([*overrides, "evaluation.subset=val", *values, subdir]))
+            runs = [run for run in find_runs(folder / place) if run.finished]
+            if failed or not runs:
+                code = 1  # the trial stays open: the same command tries it again
+                continue
+            scores = [run.status["summary"][search.measure] for run in runs]
+            study.tell(number, float(np.mean(scores)))
+            _write(study, folder)
+        _write(study, folder)  # another search of this name may have written its own meanwhile
     return code
 
 
