@@ -179,8 +179,9 @@ class RunFolder:
         """Whether a process trains this run right now."""
         lock = self.path / ".lock"
         try:
-            # Not made where it is missing: looking must not change a folder.
-            with FileLock(lock).acquire(timeout=0) if lock.exists() else nullcontext():
+            # Not made where it is missing: looking must not change a folder. Not at once: whoever
+            # else looks has it for a moment, too.
+            with FileLock(lock, timeout=0.1) if lock.exists() else nullcontext():
                 return False
         except OSError as error:
             return isinstance(error, Timeout)

@@ -25,9 +25,10 @@ def run_status(run: RunFolder) -> dict[str, object]:
         `share` of the phase that is done (0 to 1, None where unknown), `phase` (training,
         evaluating), `seconds_left` of it (None where unknown) and `reason` of a failure.
     """
-    status, progress = run.status, run.progress
+    # In this order: it may end just now.
+    at_work, status, progress = run.at_work, run.status, run.progress
     state, reason = str(status.get("state", "interrupted")), str(status.get("reason", ""))
-    state = "running" if run.at_work else "interrupted" if state == "running" else state
+    state = "running" if at_work else "interrupted" if state == "running" else state
     if not status:
         try:
             _ = run.settings  # of a run, or of somebody else
