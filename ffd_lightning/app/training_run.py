@@ -168,7 +168,7 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     logger = trainer.logger if isinstance(trainer.logger, StepLogger) else None
     if rows := example_rows(data, cfg.callbacks.figure_examples):
         figure = reconstruction_figure(network, data.prepared, data.bank, rows)
-        figure.save(run.path / "reconstructions.png")
+        write_bytes_atomic(run.path / "reconstructions.png", png(figure))
         if logger is not None:
             tag = "worked_examples/reconstructions"
             logger.experiment.add_image(tag, np.asarray(figure), steps, dataformats="HWC")
