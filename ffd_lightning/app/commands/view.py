@@ -11,7 +11,8 @@ Needs viser: pip install 'ffd_lightning[viewer]'
 
 from __future__ import annotations
 
-import threading
+import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -66,10 +67,10 @@ def main(settings: Settings) -> int:
     if shared.note:
         print(shared.note)
     print(f"http://127.0.0.1:{server.get_port()}  (Ctrl-C ends it)", flush=True)
-    try:
-        threading.Event().wait()
-    except KeyboardInterrupt:
-        server.stop()
+    with suppress(KeyboardInterrupt):
+        while True:  # one wait without end does not see a Ctrl-C that comes just before it
+            time.sleep(1)
+    server.stop()
     return 0
 
 
