@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import shlex
-import signal
-import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -13,7 +11,7 @@ from pathlib import Path
 
 import yaml
 
-from ffd_lightning.app.commands.train import train_command
+from ffd_lightning.app.commands.train import run_to_end, train_command
 from ffd_lightning.app.configuration import config_folder
 from ffd_lightning.app.settings import read_options, two_columns
 from ffd_lightning.app.studies import Study, check_study, load_study, sweeps, value_of
@@ -136,9 +134,7 @@ def run_study(request: Request) -> int:
 def train(overrides: Sequence[str]) -> int:
     """Sweep with `train` in a process of its own, and return 0, or 1 if a run has failed."""
     environment = {k: v for k, v in os.environ.items() if k != "HYDRA_FULL_ERROR"}
-    command = [*train_command(), "-m", *overrides]
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that the training ends, too
-    code = subprocess.run(command, check=False, env=environment).returncode
+    code = run_to_end([*train_command(), "-m", *overrides], environment)
     if code == _INTERRUPTED:
         raise KeyboardInterrupt
     return int(code != 0)

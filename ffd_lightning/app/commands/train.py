@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import gc
 import logging
+import signal
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from hydra.conf import HydraConf
@@ -20,9 +22,13 @@ from ffd_lightning.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 
+_PATIENCE = 60.0  # seconds
+
 
 def main(arguments: Sequence[str]) -> None:
     """Train what the command line names."""
+    if {"-m", "--multirun"} & set(arguments):  # jobs may be in processes that only Ctrl-C ends
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
     run_hydra("train", TrainConfig, train_job, arguments, counted=True)
 
 
@@ -78,10 +84,31 @@ def _train_in_own_process(run: RunFolder, hydra: HydraConf) -> dict[str, float] 
     quoted = str(run.path).replace("'", r"\'")
     place = f"hydra.run.dir='{quoted}'"
     command = [*train_command(), *options, *hydra.overrides.task, place]
-    if subprocess.run(command, check=False).returncode == 0:
+    if run_to_end(command) == 0:
         return dict(run.status["summary"])
     log.error("%s failed: see its messages above", run.path)
     return None
+
+
+def run_to_end(command: Sequence[str], environment: Mapping[str, str] | None = None) -> int:
+    """Run a training in a process of its own and return its exit code.
+
+    Where this one is interrupted, that one ends what it has begun in others: a kill would not.
+    """
+    with subprocess.Popen(command, env=environment) as process:
+
+        def interrupt(*_: object) -> None:
+            process.terminate()
+            raise KeyboardInterrupt
+
+        signal.signal(signal.SIGTERM, interrupt)
+        try:
+            return process.wait()
+        except KeyboardInterrupt:  # a terminal's Ctrl-C is for both
+            with suppress(subprocess.TimeoutExpired, KeyboardInterrupt):
+                process.wait(_PATIENCE)
+            process.kill()
+            raise
 
 
 def train_command() -> list[str]:
