@@ -8,6 +8,7 @@ import io
 import json
 import logging
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -53,6 +54,7 @@ def run_command(name, *arguments, cwd=ROOT):
     hydra = Singleton.get_state()
     root = logging.getLogger()
     handlers, level = list(root.handlers), root.level
+    terminate = signal.getsignal(signal.SIGTERM)
     stdout, stderr = io.StringIO(), io.StringIO()
     try:
         sys.argv = [str(ROOT / "train.py")]
@@ -72,6 +74,7 @@ def run_command(name, *arguments, cwd=ROOT):
                     print(code, file=sys.stderr)
                     code = 1
     finally:
+        signal.signal(signal.SIGTERM, terminate)
         sys.argv = argv
         os.environ.clear()
         os.environ.update(environment)
