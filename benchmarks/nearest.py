@@ -1,7 +1,5 @@
 """Nearest neighbours at the paper's configuration, against the libraries people use for them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any

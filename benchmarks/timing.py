@@ -1,7 +1,5 @@
 """Timing rounds in which every candidate takes its turn, so that a busy moment hits them all."""
 
-from __future__ import annotations
-
 import gc
 import time
 from collections.abc import Callable, Mapping

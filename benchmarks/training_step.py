@@ -1,7 +1,5 @@
 """A full training step of the paper's configuration, and the parts it cannot do without."""
 
-from __future__ import annotations
-
 import itertools
 import logging
 import tempfile

@@ -1,7 +1,5 @@
 """Preparing shapes, evaluating samples, and how soon a run takes its first step."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import subprocess

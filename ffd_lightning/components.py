@@ -8,8 +8,6 @@ parameters; those are handed over and are no settings.
 Nothing heavy is imported here: built-in components are imported when they are asked for.
 """
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import functools

@@ -1,7 +1,5 @@
 """Errors that are shown to the user as one message, and what tells them from our own bugs."""
 
-from __future__ import annotations
-
 import difflib
 import traceback
 from collections.abc import Collection

@@ -1,7 +1,5 @@
 """Files that a reader, or a kill, never sees half of; folders that one process has at a time."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -4,8 +4,6 @@ The colours are Okabe and Ito's, told apart by all kinds of colour vision; witho
 which is lost on white. None stands for good or bad.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

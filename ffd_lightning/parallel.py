@@ -1,7 +1,5 @@
 """How many cores there are, and work on many items in threads that have one core each."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor

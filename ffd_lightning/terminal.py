@@ -1,7 +1,5 @@
 """What commands print for people: tables as wide as they need to be, and times."""
 
-from __future__ import annotations
-
 import math
 import sys
 

@@ -1,7 +1,5 @@
 """The paper's claims, what kept results say about them, and the rules of the verdicts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache

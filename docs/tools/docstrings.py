@@ -1,7 +1,5 @@
 """Examples in docstrings, lines that begin with >>>, as the blocks of code that Markdown shows."""
 
-from __future__ import annotations
-
 import re
 import textwrap
 from typing import Any

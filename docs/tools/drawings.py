@@ -1,7 +1,5 @@
 """Pictures in docs/ that no command of `ffd` draws: reconstructions side by side, and moving."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Sequence
 from dataclasses import replace

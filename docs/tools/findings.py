@@ -7,8 +7,6 @@ No training is needed for the first. A study in several parts has names like `pa
 The texts are the templates in docs/tools/findings; what the kept scores say is computed there.
 """
 
-from __future__ import annotations
-
 import argparse
 import io
 import json

@@ -11,8 +11,6 @@ network's own, half any training shapes, so that it does not learn to select amo
 What serves the validation shapes best is kept. OUT is a checkpoint.
 """
 
-from __future__ import annotations
-
 import copy
 import sys
 from pathlib import Path

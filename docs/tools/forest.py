@@ -1,7 +1,5 @@
 """Differences with their intervals, as dots and lines."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 

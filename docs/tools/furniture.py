@@ -10,8 +10,6 @@ catalogue calls a chair, armchair, stool, table or desk is taken, and so on for 
 less what only has the word in its name.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 import zipfile

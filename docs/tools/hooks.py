@@ -4,8 +4,6 @@ Pages that lie elsewhere in the project (ARCHITECTURE.md and others) or that are
 (settings, commands); and equations as MathML, which browsers draw without a script.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys

@@ -6,8 +6,6 @@
 Pages of the project are followed, with their anchors; addresses on the web are not.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Iterable, Iterator

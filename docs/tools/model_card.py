@@ -10,8 +10,6 @@ undeformed. `azimuth` is the median error of the viewpoint in degrees, `turned` 
 over 90 degrees, in %.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -7,8 +7,6 @@ cells of a grid over the bounding box its shape has points. Images are those of 
 under the default split; what serves the validation shapes best is kept.
 """
 
-from __future__ import annotations
-
 import copy
 import os
 import sys

@@ -1,7 +1,5 @@
 """A notebook, run, as a page with its pictures."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

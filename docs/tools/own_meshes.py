@@ -10,8 +10,6 @@ them and without; beside it the own mesh whose image is most alike to its encode
 and draws `OUT/own-meshes.png`. The same command resumes.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import subprocess

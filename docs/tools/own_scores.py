@@ -10,8 +10,6 @@ bold are those that are shown, corrected for their number, as in `analysis.compa
 command resumes.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory

@@ -7,8 +7,6 @@
 extra `pictures`, screenshots Chromium, too.
 """
 
-from __future__ import annotations
-
 import argparse
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The pages on settings and commands, made of signatures and of the commands' own help."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterator
 from contextlib import redirect_stdout, suppress

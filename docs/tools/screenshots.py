@@ -1,7 +1,5 @@
 """Screenshots of pages, by Chromium without a window."""
 
-from __future__ import annotations
-
 import shutil
 import socket
 import subprocess

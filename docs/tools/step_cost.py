@@ -11,8 +11,6 @@ and drawing the batch, 2% of a step on a processor, are left out. docs/findings/
 from all this what a GPU takes.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import torch

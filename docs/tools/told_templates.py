@@ -11,8 +11,6 @@ template, deformed; `best`, of the best deformed one; `as it is`, of the nearest
 the same number in place, each with its standard error over the shapes.
 """
 
-from __future__ import annotations
-
 import random
 import sys
 from pathlib import Path

@@ -9,8 +9,6 @@ over all pairs. Two samplings of one shape are about 0.5 apart. Beside real shap
 the mean distance of each of them to the nearest of the first 500.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

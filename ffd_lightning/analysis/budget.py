@@ -1,7 +1,5 @@
 """Where a network's error comes from: the metric's floor, the templates, the heads, the choice."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from ffd_lightning.errors import DataError

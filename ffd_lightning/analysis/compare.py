@@ -1,7 +1,5 @@
 """Comparisons of settings, test shape by test shape, and what they decide."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import combinations

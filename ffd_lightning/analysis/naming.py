@@ -1,7 +1,5 @@
 """How settings and runs are named, and which colours they have, in tables, plots and pages."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any

@@ -1,7 +1,5 @@
 """Our results beside those the paper reports, and in which settings the two experiments differ."""
 
-from __future__ import annotations
-
 from importlib.resources import files
 from pathlib import PurePath
 from typing import Any

@@ -1,7 +1,5 @@
 """How well part labels are transferred from templates of the query's family, and of others."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ drawn for a width of about 400 pixels: text stays readable on a telephone. What 
 points and unit, is for captions.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """Which templates runs select: how evenly, how well, and the same again?"""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the runs of a sweep are doing."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 

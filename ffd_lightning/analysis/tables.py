@@ -1,7 +1,5 @@
 """Which tables of results there are, for terminals, the report and notebooks alike."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple

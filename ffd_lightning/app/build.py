@@ -1,7 +1,5 @@
 """Composition: from typed settings to objects. Nothing else knows both."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What neither types nor constructors can check: settings that do not go together."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

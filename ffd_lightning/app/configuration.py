@@ -5,8 +5,6 @@ other settings are fields of `app.config`. `typed_config` then checks everything
 included: every `key=value` is handed to Hydra as one that may be new.
 """
 
-from __future__ import annotations
-
 import contextlib
 import dataclasses
 import logging

@@ -1,7 +1,5 @@
 """What a network starts from, and whether a run is tested on shapes that trained it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

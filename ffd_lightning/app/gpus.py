@@ -1,7 +1,5 @@
 """Jobs of a sweep side by side on one machine take its GPUs in turn."""
 
-from __future__ import annotations
-
 import hashlib
 import logging
 import os

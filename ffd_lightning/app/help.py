@@ -1,7 +1,5 @@
 """Help of the commands that Hydra runs: what can be chosen, and the settings of each choice."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -4,8 +4,6 @@ A run is its configuration without the groups that say where, how fast and how m
 (`run_folder.NOT_DECIDING`): all other settings decide what comes out.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """The command `ffd`: one name for everything, and `key=value` for every setting."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import os

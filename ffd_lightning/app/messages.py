@@ -1,7 +1,5 @@
 """One message for every mistake: what is wrong, what could be meant, and no traceback."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys

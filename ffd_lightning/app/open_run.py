@@ -1,7 +1,5 @@
 """From a run folder to its settings, its network and its data."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

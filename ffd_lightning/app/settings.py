@@ -1,7 +1,5 @@
 """Settings of commands that need no configuration file: `key=value` into a dataclass."""
 
-from __future__ import annotations
-
 import argparse
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """What a study is: a question, and the sweeps of `ffd train` that answer it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """What Hydra calls when a run or a sweep has ended."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

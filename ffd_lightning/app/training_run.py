@@ -1,7 +1,5 @@
 """One run from configuration to evaluated network, resumable at any moment."""
 
-from __future__ import annotations
-
 import logging
 import warnings
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """What one step sees: drawn as indices, then gathered wherever the data is kept."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, Literal, NamedTuple
 

@@ -1,7 +1,5 @@
 """Categories and their ShapeNet v1 synsets."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from importlib.resources import files

@@ -4,8 +4,6 @@ What step k sees is a function of (seed, k) alone, not of a random generator's p
 killed and resumed, or split over devices, sees the same queries and the same points.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ copy is trained on says what a network remembers. Two shapes are twins if they a
 other as two samplings of one shape are.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import lru_cache
 from itertools import product

@@ -1,7 +1,5 @@
 """What is put before the ground truth: templates, deformed or not, and prepared shapes."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass

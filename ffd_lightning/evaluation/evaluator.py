@@ -1,7 +1,5 @@
 """Scores of a network under a protocol, and what they are worth: resumable, on all cores."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """A run folder opened: what looking at its predictions needs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """What a score is worth: shapes that a model must beat, and what no model can."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Means of an evaluation's rows, and how templates were selected."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

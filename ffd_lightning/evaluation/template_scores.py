@@ -4,8 +4,6 @@ By the box Chamfer distance: squared, mean over points, both directions added, i
 every shape's bounding box has diagonal 1. Results are measured by `evaluation.evaluator`.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The Chamfer distance between clouds, for training and the choice of templates."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import torch

@@ -1,7 +1,5 @@
 """Loops over numbers that numba compiles, and their work shared among threads."""
 
-from __future__ import annotations
-
 import itertools
 import os
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The smallest hemisphere on the ground that holds a shape: the paper's frame for its metrics."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How a free-form deformation stretches and turns space at each point."""
 
-from __future__ import annotations
-
 import torch
 from jaxtyping import Float
 from torch import Tensor

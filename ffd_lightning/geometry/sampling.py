@@ -1,7 +1,5 @@
 """Points drawn from a surface: independently, or with a share for each face."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

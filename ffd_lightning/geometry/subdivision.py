@@ -1,7 +1,5 @@
 """Splitting long edges, so that a deformed mesh bends where its template had large faces."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -6,8 +6,6 @@ Convention:
     The cube is the same for all meshes that are compared. What lies outside of it is cut off.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

@@ -1,7 +1,5 @@
 """Telling an object from the background by the colour of a picture's border."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

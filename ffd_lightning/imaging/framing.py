@@ -1,7 +1,5 @@
 """Any photograph -> the image that the network was trained on: on white, framed as training's."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Pictures in a grid with headings and labels, and the one writer of PNG."""
 
-from __future__ import annotations
-
 import io
 import math
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Which parts of what is not background are the object: captions, arrows, other objects are not."""
 
-from __future__ import annotations
-
 from typing import TypeAlias
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Reading photographs: upright, RGB or RGBA."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import warnings

@@ -1,7 +1,5 @@
 """How shapes are rendered."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 Embree is called directly, on the processor; nothing else is needed to make an image.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore import EmbreeDevice

@@ -1,7 +1,5 @@
 """A trained network to be handed on: as a small checkpoint, or as ONNX, with its templates."""
 
-from __future__ import annotations
-
 import copy
 import importlib
 import io

@@ -1,7 +1,5 @@
 """What is written of a reconstruction: meshes, cloud, lattice, a picture and a record."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any, cast

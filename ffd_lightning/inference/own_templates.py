@@ -1,7 +1,5 @@
 """Any meshes as templates of a trained network: prepared as training shapes are."""
 
-from __future__ import annotations
-
 import glob
 import io
 import os

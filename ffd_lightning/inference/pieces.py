@@ -1,7 +1,5 @@
 """Meshes divided by part and material: what GLB files and browsers draw has one material each."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

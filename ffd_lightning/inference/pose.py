@@ -1,7 +1,5 @@
 """A guess at how meshes must be turned: as they come nearest to templates that stand rightly."""
 
-from __future__ import annotations
-
 from itertools import product
 from typing import get_args
 

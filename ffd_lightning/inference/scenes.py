@@ -1,7 +1,5 @@
 """Meshes and lattices as trimesh's scenes, which it writes as GLB and OBJ files."""
 
-from __future__ import annotations
-
 from typing import cast
 
 import numpy as np

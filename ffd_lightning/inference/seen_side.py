@@ -1,7 +1,5 @@
 """The side of a reconstruction that its photograph shows: which it is, and its colours."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What is minimised: named terms under weights and schedules. A training regime is such a list."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

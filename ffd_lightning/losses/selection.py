@@ -1,7 +1,5 @@
 """How template weights are taught: what costs of templates come to, and what logits learn."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Literal, NamedTuple
 

@@ -1,7 +1,5 @@
 """Terms of the objective: what is added up, each under a weight of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Chamfer distances as reported: means, in float64."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from numpy.typing import NDArray

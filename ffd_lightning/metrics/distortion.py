@@ -1,7 +1,5 @@
 """How a deformation folds and stretches a mesh."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Earth mover's distance between clouds of equal size, exact."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Intersection over union of occupancy grids."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """How templates are selected: how evenly, and how alike in two runs."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """How close two sampled surfaces are: F-score, normals, Hausdorff."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Selection of templates that are told: what the likely ones become says which is right."""
 
-from __future__ import annotations
-
 import torch
 from jaxtyping import Float, UInt8
 from torch import Tensor

@@ -5,8 +5,6 @@ than those they were trained with. Conditioned heads are told their templates in
 each, from its point cloud and its own picture, so that any meshes can be templates after training.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from typing import ClassVar
 

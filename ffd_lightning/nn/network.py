@@ -1,7 +1,5 @@
 """The network: from images to template weights and control point offsets."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager

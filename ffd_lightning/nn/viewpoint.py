@@ -1,7 +1,5 @@
 """From where an image was taken, told from what the heads see of it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import torch

@@ -6,8 +6,6 @@ says what it was trained on and what can be expected of it. Runs that start from
 `encoder.weights=embedded` or `network.weights=embedded`: another model needs other words.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from ffd_lightning.errors import ConfigError

@@ -1,7 +1,5 @@
 """Batch norm over the images of all devices, so that several train what one would."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import torch

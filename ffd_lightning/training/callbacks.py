@@ -4,8 +4,6 @@ Tags in TensorBoard are written against the number of optimizer steps done. Noth
 random numbers or changes a weight: a run is the same with and without.
 """
 
-from __future__ import annotations
-
 import statistics
 import time
 from collections import deque

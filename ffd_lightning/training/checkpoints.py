@@ -1,7 +1,5 @@
 """Checkpoints of a training: whole, and of steps that are over."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Ends a training whose loss or weights are no longer finite, before a checkpoint holds them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

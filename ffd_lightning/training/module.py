@@ -1,7 +1,5 @@
 """The LightningModule: one network, one objective, one shared step."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext

@@ -1,7 +1,5 @@
 """What becomes of the learning rate over a training, step by step."""
 
-from __future__ import annotations
-
 from torch.optim import Optimizer
 from torch.optim.lr_scheduler import CosineAnnealingLR, LRScheduler, OneCycleLR
 

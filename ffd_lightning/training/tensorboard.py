@@ -1,7 +1,5 @@
 """How TensorBoard shows a run: scalars, bars, clouds; `callbacks` decide what is written when."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ with a tolerance: sines, matrix products and rendered edges differ in their last
 processor to another, so that no checksum of theirs would be the same everywhere.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

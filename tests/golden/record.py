@@ -9,8 +9,6 @@ compared on such a machine alone. On any other, record a file before a change an
 after the change.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

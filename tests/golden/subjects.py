@@ -4,8 +4,6 @@ All that the digests know of the package is here: when its modules move or its c
 file is adapted, and nothing else. What its functions return must stay as it is.
 """
 
-from __future__ import annotations
-
 import logging
 import re
 import warnings

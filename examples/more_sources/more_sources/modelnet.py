@@ -1,7 +1,5 @@
 """ModelNet40 and ModelNet10, in folders or in the archives that are published."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path, PurePath
 from typing import NamedTuple

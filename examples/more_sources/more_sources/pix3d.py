@@ -1,7 +1,5 @@
 """Pix3D: photographs of furniture, each with a mask and the mesh of what it shows."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

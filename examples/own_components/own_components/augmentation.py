@@ -1,7 +1,5 @@
 """An augmentation: a change of training images."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

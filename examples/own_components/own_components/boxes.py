@@ -1,7 +1,5 @@
 """A source of shapes: boxes of random sides."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A callback that takes part in the training; `only_watches = True` is for those that do not."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from lightning import Callback, Trainer

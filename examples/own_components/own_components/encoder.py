@@ -1,7 +1,5 @@
 """An encoder: two convolutions on patches."""
 
-from __future__ import annotations
-
 from torch import Tensor, nn
 
 import ffd_lightning as ffd

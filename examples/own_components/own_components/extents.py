@@ -1,7 +1,5 @@
 """A protocol: how far the sides of the bounding box are off."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import ffd_lightning as ffd

@@ -1,7 +1,5 @@
 """A term of the objective, and a selection."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

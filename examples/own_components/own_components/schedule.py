@@ -1,7 +1,5 @@
 """An optimizer of torch's, and what becomes of its learning rate."""
 
-from __future__ import annotations
-
 import torch
 from torch.optim.lr_scheduler import LambdaLR
 

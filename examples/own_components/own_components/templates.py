@@ -1,7 +1,5 @@
 """A template strategy, and a split."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import ffd_lightning as ffd

@@ -1,7 +1,5 @@
 """What the paper's figures are drawn with: voxels as meshes, and edges of meshes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

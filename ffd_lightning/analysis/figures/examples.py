@@ -1,7 +1,5 @@
 """Test images, and what runs make of them: what figures and the report show."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar

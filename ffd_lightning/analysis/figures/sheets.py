@@ -1,7 +1,5 @@
 """The paper's qualitative figures, of any run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from os.path import relpath

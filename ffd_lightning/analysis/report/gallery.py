@@ -1,7 +1,5 @@
 """The same test images, and what each run makes of them: with meshes that can be turned."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Mapping
 from typing import Any, NamedTuple

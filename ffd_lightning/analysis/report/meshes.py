@@ -1,7 +1,5 @@
 """Meshes light enough to travel in a page."""
 
-from __future__ import annotations
-
 import base64
 from dataclasses import dataclass
 

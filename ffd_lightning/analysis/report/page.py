@@ -1,7 +1,5 @@
 """One page about all runs of a folder, which holds everything that it shows."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Which templates each setting selects: bars in one common order, with their pictures."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ffd_lightning.analysis.naming import SETTING, differing, name_of, own_names

@@ -13,8 +13,6 @@ With templates= either file holds these in place of the network's own, or, with 
 them, and needs no mesh files.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -13,8 +13,6 @@ The picture is written to FIGURE.png in the run's folder; of several runs, side 
 below each other), to the folder that holds them all.
 """
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass, field
 from functools import partial

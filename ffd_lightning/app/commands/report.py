@@ -7,8 +7,6 @@ The page, report.html in that folder, holds everything that it shows and opens f
 network. Scores are shown under the protocol that most trainings ended with, unless one is named.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path

@@ -7,8 +7,6 @@ but no process has it. The same command that began it resumes it. The exit code 
 failed.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`ffd train`: a run, or a sweep of runs with -m."""
 
-from __future__ import annotations
-
 import gc
 import logging
 import signal

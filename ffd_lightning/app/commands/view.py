@@ -9,8 +9,6 @@ The page is served to this machine only. Every browser window that opens it has 
 Needs viser: pip install 'ffd_lightning[viewer]'
 """
 
-from __future__ import annotations
-
 import time
 from contextlib import suppress
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Below what the network sees, embedded shapes and some of the set are drawn from 
 sides, so that a wrong `up` or `yaw` is seen at a glance.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import product

@@ -4,8 +4,6 @@ Images are compressed one by one, a mesh as one block. Coordinates of clouds are
 of the bounding box's diagonal. Textures are WebP pictures; all else is exact to the float32.
 """
 
-from __future__ import annotations
-
 import io
 import threading
 import zipfile

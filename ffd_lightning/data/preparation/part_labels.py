@@ -1,7 +1,5 @@
 """Part labels carried from annotated points to a shape's mesh and to points on it."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree

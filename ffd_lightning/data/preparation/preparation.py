@@ -5,8 +5,6 @@ written and the folder renamed into place. So a kill costs the shapes in work an
 process ever sees half a set.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import multiprocessing

@@ -1,7 +1,5 @@
 """One prepared shape: what is computed of it, and its file."""
 
-from __future__ import annotations
-
 import hashlib
 import zipfile
 from collections.abc import Mapping, Sequence

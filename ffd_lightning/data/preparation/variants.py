@@ -1,7 +1,5 @@
 """Few shapes become many: deformed variants of each, to train on."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import replace
 from itertools import product

@@ -1,7 +1,5 @@
 """Worker processes that make shapes, each as if it might die at any moment."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import threading

@@ -1,7 +1,5 @@
 """The files of shapes: in folders, or in zip archives that are read without unpacking."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """What trimesh would show wrongly of a glTF file: it is mended, warned of or refused."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator

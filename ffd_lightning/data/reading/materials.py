@@ -1,7 +1,5 @@
 """Colours and textures of what trimesh loaded, in the form that `Mesh` holds."""
 
-from __future__ import annotations
-
 import io
 from contextlib import suppress
 from dataclasses import replace

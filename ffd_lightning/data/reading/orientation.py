@@ -1,7 +1,5 @@
 """Turning meshes into the project's frame: y up, facing -z."""
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Collection

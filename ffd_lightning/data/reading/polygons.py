@@ -3,8 +3,6 @@
 So OFF is read here as a whole; of PLY trimesh keeps the faces as the file has them.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Meshes on disk: in a tree of a folder per category, or single files wherever they are."""
 
-from __future__ import annotations
-
 import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping

@@ -1,7 +1,5 @@
 """The embedded dataset as a source; `ffd_lightning.shapes` computes the shapes."""
 
-from __future__ import annotations
-
 from ffd_lightning import shapes
 from ffd_lightning.components import check_ranges
 from ffd_lightning.data.source import Source, SourceShape

@@ -7,8 +7,6 @@ v1's shapes face +x, so it is the project's azimuth once they are turned to face
 less than what the project's would be for shapes left as they are).
 """
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """ShapeNetCore, version 1 or 2, in folders or in one zip archive per category."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path, PurePath

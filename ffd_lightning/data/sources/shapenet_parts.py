@@ -5,8 +5,6 @@ those of all 16 categories. Points come in a frame of their own: another scale a
 some releases turned about the vertical.
 """
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass, replace
 from itertools import accumulate

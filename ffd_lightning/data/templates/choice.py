@@ -1,7 +1,5 @@
 """Choosing templates from a prepared set: the strategies, and the check of what they choose."""
 
-from __future__ import annotations
-
 import csv
 import logging
 from collections.abc import Callable, Collection, Iterable, Sequence

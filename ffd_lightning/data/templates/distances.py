@@ -1,7 +1,5 @@
 """Chamfer distances between the shapes of a set: which stand for all of them, which for none."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The shapes that training steps draw their templates from, where heads are told them."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """What is measured, and how: each protocol turns a candidate and the truth into named numbers."""
 
-from __future__ import annotations
-
 from ffd_lightning.evaluation.protocols.base import Metric, Protocol, ProtocolDescription
 from ffd_lightning.evaluation.protocols.paper import PaperProtocol
 from ffd_lightning.evaluation.protocols.parts import PartProtocol

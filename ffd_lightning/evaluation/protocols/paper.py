@@ -1,7 +1,5 @@
 """The paper's own evaluation."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How well part labels are transferred that a template brings along."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Surface metrics of dense points, as papers since report them, and four papers' own numbers."""
 
-from __future__ import annotations
-
 from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np

@@ -11,8 +11,6 @@ One function, `nearest_neighbors`, and a module per backend behind it, chosen by
 A backend is a module `<name>_backend`, imported when first used.
 """
 
-from __future__ import annotations
-
 import logging
 from functools import lru_cache
 from importlib import import_module

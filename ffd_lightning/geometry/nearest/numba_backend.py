@@ -11,8 +11,6 @@ How it gets near the arithmetic's own speed, measured by `benchmarks/nearest.py`
   vectorise without a promise about nan.
 """
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Nearest neighbours in plain torch: any device, any floating type, memory bounded by chunks."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

@@ -5,8 +5,6 @@ nearest is kept apart for each column of a tile, so that threads exchange nothin
 Gradients are a few gathers: plain torch's.
 """
 
-from __future__ import annotations
-
 import torch
 import triton
 import triton.language as tl

@@ -1,7 +1,5 @@
 """One visitor's page of the viewer: what it has, what its inputs do, how it is kept up to date."""
 
-from __future__ import annotations
-
 import logging
 import re
 import threading

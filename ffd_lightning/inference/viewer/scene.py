@@ -1,7 +1,5 @@
 """Drawing what one visitor looks at in three dimensions: it moves, and can be pulled at."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The viewer's server: a page of its own for every visitor."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from ffd_lightning.errors import ConfigError

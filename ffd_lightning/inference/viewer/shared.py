@@ -1,7 +1,5 @@
 """What all visitors of the viewer share: the network and the test shapes."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import dataclass
 from functools import lru_cache

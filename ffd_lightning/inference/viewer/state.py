@@ -1,7 +1,5 @@
 """What one visitor of the viewer looks at and has changed, apart from how it is drawn."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """What the viewer's panel says."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Mapping
 

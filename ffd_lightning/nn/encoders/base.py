@@ -1,7 +1,5 @@
 """What every image encoder offers."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 
 from torch import nn

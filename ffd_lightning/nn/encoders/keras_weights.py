@@ -1,7 +1,5 @@
 """MobileNet weights in files that Keras wrote, the published ones among them."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """MobileNet v1 as Keras defines it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from jaxtyping import Float

@@ -1,7 +1,5 @@
 """Any timm model that has a feature map, as an image encoder (an optional extra)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import torch
