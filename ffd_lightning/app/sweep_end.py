@@ -53,7 +53,7 @@ class SweepEnd(Callback):
     def on_multirun_end(self, config: DictConfig, **_: Any) -> None:
         """Print the table of a sweep."""
         assert self._ends is not None
-        jobs = [json.loads(file.read_text()) for file in sorted(self._ends.iterdir())]
+        jobs = [json.loads(file.read_text()) for file in sorted(self._ends.glob("[0-9]*"))]
         shutil.rmtree(self._ends)
         _print([job["path"] for job in jobs])
         if config.callbacks.report and jobs:
