@@ -26,7 +26,8 @@ def distortion(
     Returns:
         `folded`, the share of the original surface where the deformation turns space inside out
         (each corner stands for a third of its face); `stretch_median` and `stretch_95`, the median
-        and the 95th percentile over edges of max(r, 1 / r), r the ratio of lengths: 1 for none.
+        and the 95th percentile over edges of max(r, 1 / r), r the ratio of lengths: 1 for none,
+        inf where an edge becomes a point. Edges that were points are left out.
 
     Raises:
         ValueError: the original mesh has no area.
@@ -42,7 +43,11 @@ def distortion(
         raise ValueError("the original mesh has no area")
     # A share of vertices would count mostly the finely modelled parts.
     folded = (np.linalg.det(jacobians) < 0)[faces].mean(axis=1)
-    stretch = edge_stretch(vertices, deformed, edges)
+    start, end = edges.T
+    before, after = (np.linalg.norm(x[start] - x[end], axis=1) for x in (vertices, deformed))
+    before, after = before[before > 0], after[before > 0]
+    with np.errstate(divide="ignore"):
+        stretch = np.maximum(after / before, before / after)
     # Values that occur, not ones between two: there may be infinite ones.
     median, most = np.percentile(stretch, (50, 95), method="inverted_cdf")
     return {
@@ -65,23 +70,3 @@ def unique_edges(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDA
     ends = corners, np.roll(corners, -1, axis=1)
     numbers = np.unique(np.minimum(*ends) * len(vertices) + np.maximum(*ends))
     return np.stack(np.divmod(numbers, len(vertices)), axis=1)
-
-
-def edge_stretch(
-    vertices: NDArray[np.float64], deformed: NDArray[np.float64], edges: NDArray[np.int64]
-) -> NDArray[np.float64]:
-    """Return max(r, 1 / r) of edges, r the deformed length over the original one.
-
-    Edges of original length 0 are left out; one that the deformation takes to length 0 gives inf.
-
-    Positions before and after are (V, 3), edges (E, 2); returns at most (E,).
-
-    >>> line = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    >>> edge_stretch(line, line * [4, 0.5, 1], np.array([[0, 1], [1, 1]]))
-    array([4.])
-    """
-    start, end = edges.T
-    before, after = (np.linalg.norm(x[start] - x[end], axis=1) for x in (vertices, deformed))
-    before, after = before[before > 0], after[before > 0]
-    with np.errstate(divide="ignore"):
-        return np.maximum(after / before, before / after)
