@@ -12,7 +12,7 @@ from torch import Tensor
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.geometry.ffd import bending_energy, deform
+from ffd_lightning.geometry.ffd import bending_energy, deform, deformation_matrix
 from ffd_lightning.geometry.jacobian import deformation_jacobian
 from ffd_lightning.geometry.mesh import UNKNOWN_PART
 from ffd_lightning.geometry.sampling import sample_stratified
@@ -106,11 +106,18 @@ class TemplateShape(Candidate):
     def _points(self, rows: Tensor | slice) -> Cloud:
         if self.offsets is None:
             return self.bank.points[self.index][rows].double().numpy()
-        moved = deform(
-            self.bank.deformation_matrix[self.index][rows].double(),
-            self.bank.control_points[self.index].double(),
-            torch.from_numpy(self.offsets).double(),
-        )
+        return self._moved(self.bank.deformation_matrix[self.index][rows], self.offsets)
+
+    def carried(self, points: Cloud) -> Cloud:
+        """Return any points of the template as it is, (n, 3), moved as its deformation does."""
+        if self.offsets is None:
+            return points
+        matrix = deformation_matrix(torch.from_numpy(points), self.bank.lattices[self.index])
+        return self._moved(matrix, self.offsets)
+
+    def _moved(self, matrix: Tensor, offsets: NDArray[np.float32]) -> Cloud:
+        control_points = self.bank.control_points[self.index].double()
+        moved = deform(matrix.double(), control_points, torch.from_numpy(offsets).double())
         return np.asarray(moved.numpy(), np.float64)
 
     def mesh(self) -> Surface:

@@ -254,8 +254,7 @@ def written(tiny_run):
 def test_light_meshes_lie_on_those_of_the_evaluation(tiny_run):
     opened = open_run(tiny_run)
     (example,) = reconstruct(opened, [(opened.data.split.test[0], 0)])
-    index, bank = example.ranked(), opened.data.bank
-    light = pack(*light_template(bank, index, example.offsets[index])).places()
+    light = pack(*light_template(example.deformed())).places()
     truth = pack(*lighten(*example.truth.mesh())).places()
     for places, surface in ((light, example.deformed()), (truth, example.truth)):
         vertices, faces = surface.mesh()

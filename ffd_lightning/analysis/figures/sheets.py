@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -29,7 +28,6 @@ from ffd_lightning.evaluation.figures import (
     united,
 )
 from ffd_lightning.evaluation.protocols import PaperProtocol
-from ffd_lightning.geometry.ffd import deform, deformation_matrix
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import Color, Picture, grid, joined, legend
@@ -130,9 +128,7 @@ def subdivision(example: Example, view: View, count: int) -> list[Cell]:
     """
     bank, index = example.run.data.bank, example.ranked()
     coarse, fine = bank.meshes[index], bank.subdivided(index)[0]
-    matrix = deformation_matrix(torch.from_numpy(coarse.vertices), bank.lattices[index])
-    offsets = torch.from_numpy(example.offsets[index]).double()
-    moved = deform(matrix, bank.control_points[index].double(), offsets).numpy()
+    shape = example.deformed()
 
     def barred(vertices: NDArray[np.float64]) -> Mesh:
         return with_bars(painted((vertices, coarse.faces), FACE), _EDGE_RADIUS, EDGE)
@@ -144,9 +140,9 @@ def subdivision(example: Example, view: View, count: int) -> list[Cell]:
     edges = f"edges ≤ {bank.max_edge:g}\n{counts[1]}"
     return [
         Cell("template", barred(coarse.vertices), f"{bank.ids[index]}\n{counts[0]}"),
-        Cell("deformed", barred(moved)),
+        Cell("deformed", barred(shape.carried(coarse.vertices))),
         Cell("subdivided", rimmed((fine.vertices, fine.faces)), edges),
-        Cell("subdivided, deformed", rimmed(example.deformed().mesh())),
+        Cell("subdivided, deformed", rimmed(shape.mesh())),
         _truth(example),
     ]
 
@@ -253,7 +249,7 @@ def paper_figure(
         return pictures[0]
     font_size = round(size / 16)
     folders = [examples[0].run.folder for examples in runs]
-    labels = run_labels(Results.of(folders, folder=Path()).runs, titled=True)
+    labels = run_labels(Results.of(folders, folder=Path()).runs)
     titled = [
         grid([picture], 1, headings=[labels[relpath(folder.path)]], font_size=font_size)
         for picture, folder in zip(pictures, folders, strict=True)

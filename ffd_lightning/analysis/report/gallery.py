@@ -117,10 +117,7 @@ def _row(
     seen = first.view(1).camera  # meshes turn about their middle, at the page's own distance
     camera = Camera(seen.azimuth, seen.elevation)
     truth = pack(*lighten(*first.truth.mesh(), size))
-    deformed = {
-        run: pack(*light_template(e.run.data.bank, e.ranked(), e.offsets[e.ranked()], size))
-        for run, e in examples.items()
-    }
+    deformed = {run: pack(*light_template(e.deformed(), size)) for run, e in examples.items()}
     reach = max(np.linalg.norm(m.places(), axis=1).max() for m in (truth, *deformed.values()))
     fit = min(1.0, 0.5 / reach)  # shrunk, all are seen whole as they turn
 

@@ -4,12 +4,9 @@ import base64
 from dataclasses import dataclass
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
-from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.evaluation.candidates import Surface
-from ffd_lightning.geometry.ffd import deform, deformation_matrix
+from ffd_lightning.evaluation.candidates import Surface, TemplateShape
 from ffd_lightning.geometry.subdivision import subdivide
 
 _EDGES = (0.3, 0.2, 0.15, 0.1, 0.07, 0.05)  # of a shape of diagonal 1, from coarse to fine
@@ -90,24 +87,17 @@ def _merge(vertices: NDArray[np.float64], faces: NDArray[np.int64], cells: float
     return means[used], faces.reshape(-1, 3)
 
 
-def light_template(
-    bank: TemplateBank, index: int, offsets: NDArray[np.float32], max_bytes: int = MAX_BYTES
-) -> Surface:
-    """Return a template's mesh deformed by offsets, (M, 3), divided as finely as the bytes allow.
+def light_template(template: TemplateShape, max_bytes: int = MAX_BYTES) -> Surface:
+    """Return a template's mesh, deformed, divided as finely as the bytes allow.
 
     A mesh of large faces does not bend with its lattice, so it is subdivided before it is deformed
     as in the paper, only not as finely as for evaluation.
     """
-    mesh = bank.meshes[index]
+    mesh = template.bank.meshes[template.index]
     vertices, faces = lighten(mesh.vertices, mesh.faces, max_bytes)
     for edge in _EDGES:
         finer = subdivide(vertices, faces, edge)[:2]
         if size(*finer) > min(max_bytes, MAX_BYTES):
             break
         vertices, faces = finer
-    moved = deform(
-        deformation_matrix(torch.from_numpy(vertices), bank.lattices[index]),
-        bank.control_points[index].double(),
-        torch.from_numpy(offsets).double(),
-    )
-    return np.asarray(moved.numpy(), np.float64), faces
+    return template.carried(vertices), faces
