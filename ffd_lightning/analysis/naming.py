@@ -124,11 +124,11 @@ def sorted_runs(runs: pd.DataFrame) -> pd.DataFrame:
     return runs.sort_values(order, key=lambda column: column.map(place), kind="stable")
 
 
-def run_labels(table: pd.DataFrame, titled: bool = False) -> dict[str, str]:
-    """Return a label for each run of a table, of what differs; `titled`: regimes' long names."""
+def run_labels(table: pd.DataFrame) -> dict[str, str]:
+    """Return a label for each run of a table, of what differs."""
     runs = _runs(table)
     columns = differing(runs, [*GROUP, "seed"]) or ["regime", "templates"]
-    return {str(run): name_of(row, columns, titled) for run, row in runs.to_dict("index").items()}
+    return {str(run): name_of(row, columns) for run, row in runs.to_dict("index").items()}
 
 
 def setting_labels(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:

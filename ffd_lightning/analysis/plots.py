@@ -16,6 +16,7 @@ import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
@@ -60,14 +61,12 @@ _MANY_TICKS = 50  # times as much at the right end: ticks at 1, 2 and 5 would ru
 
 
 @contextmanager
-def _styled(
-    count: int, width: float, height: float, title: str
-) -> Iterator[tuple[Figure, list[Axes]]]:
+def _styled(count: int, height: float, title: str) -> Iterator[tuple[Figure, list[Axes]]]:
     """Give a titled figure of `count` panels of a height in inches, two in a row; one is wider."""
     rows, columns = -(-count // 2), min(2, count)
     layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.06)
     with matplotlib.rc_context(STYLE):
-        size = width, 1.05 + rows * height
+        size = _WIDTH, 1.05 + rows * height
         figure = Figure(figsize=size, layout=layout, facecolor="white")
         figure.suptitle(title, fontsize=10.5, wrap=True)
         axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
@@ -96,6 +95,13 @@ def _label(
     lines = sum(name.count("\n") for name in labels) + -(-len(handles) // columns)
     figure.set_figheight(figure.get_figheight() + 0.17 * max(0, lines - 4))
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
+
+
+def _ticks(axis: Axis, steps: Sequence[float]) -> None:
+    """Write numbers along a logarithmic axis, at these multiples of powers of ten."""
+    axis.set_major_locator(LogLocator(subs=steps))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def cumulative_curves(
@@ -132,7 +138,7 @@ def cumulative_curves(
         colors = {name: colors[name] for name in dict.fromkeys(runs["label"])}
     categories = runs["category"].unique()
     title = f"Cumulative {metric.title} of the test images"
-    with _styled(len(categories), _WIDTH, 2.7, title) as (figure, panels):
+    with _styled(len(categories), 2.7, title) as (figure, panels):
         for category, panel in zip(categories, panels, strict=True):
             for run, label in runs.loc[runs["category"] == category, "label"].items():
                 of_run = samples[samples["run"] == run]
@@ -150,10 +156,7 @@ def cumulative_curves(
             if not metric.higher_is_better:
                 panel.set_xscale("log")
                 low, high = panel.get_xlim()
-                steps = (1, 2, 5) if high < _MANY_TICKS * low else (1, 3)
-                panel.xaxis.set_major_locator(LogLocator(subs=steps))
-                panel.xaxis.set_major_formatter("{x:g}")
-                panel.xaxis.set_minor_formatter(NullFormatter())
+                _ticks(panel.xaxis, (1, 2, 5) if high < _MANY_TICKS * low else (1, 3))
             panel.set_ylim(0, 1.02)
         words = f"share of test images {'above' if metric.higher_is_better else 'below'}"
         _label(figure, panels, metric.scaled_title, words, colors)
@@ -167,11 +170,11 @@ def selection_histograms(samples: pd.DataFrame) -> Figure:
     all would be selected alike. Above each panel: exp(entropy) of the shares, and how many
     `samples`, those of `Results`, there are.
     """
-    labels, (runs, colors) = run_labels(samples, titled=True), setting_labels(samples)
+    labels, (runs, colors) = run_labels(samples), setting_labels(samples)
     labels = {run: "\n".join(wrap(label, 26)) for run, label in labels.items()}
     height = 1.5 + 0.15 * max(label.count("\n") for label in labels.values())
     title = "How often each template is selected"
-    with _styled(len(labels), _WIDTH, height, title) as (figure, panels):
+    with _styled(len(labels), height, title) as (figure, panels):
         for (run, label), panel in zip(labels.items(), panels, strict=True):
             of_run = samples[samples["run"] == run]
             count, counts = int(of_run["templates"].iloc[0]), of_run["template"].value_counts()
@@ -221,7 +224,7 @@ def template_count_curves(
     several = table.groupby(["category", "regime", "templates"]).size().max() > 1
     seeds = "mean ± standard deviation over seeds" if several else "one seed"
     title = f"{metric.title} by number of templates, {seeds}"
-    with _styled(len(categories), _WIDTH, 2.7, title) as (figure, panels):
+    with _styled(len(categories), 2.7, title) as (figure, panels):
         for category, panel in zip(categories, panels, strict=True):
             of_category = table[table["category"] == category]
             for regime, part in of_category.groupby("regime", sort=False):
@@ -240,9 +243,7 @@ def template_count_curves(
             panels[0].set_ylim(bottom=0)
         else:  # templates as they are can be ten times as far as deformed ones
             panels[0].set_yscale("log")
-            panels[0].yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-            panels[0].yaxis.set_major_formatter("{x:g}")
-            panels[0].yaxis.set_minor_formatter(NullFormatter())
+            _ticks(panels[0].yaxis, (1, 2, 5))
         titled = {regime_title(name): color for name, color in colors.items()}
         _label(figure, panels, "number of templates T", metric.scaled_title, titled)
     return figure
