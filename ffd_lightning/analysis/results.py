@@ -112,20 +112,18 @@ class Results:
         described = {name: described_protocol(run, protocol) for name, run in known.items()}
         usual = Counter(filter(None, described.values())).most_common(1)
         chosen = usual[0][0] if usual else ProtocolDescription(protocol)
-        parts = []
-        for place, row in enumerate(table.to_dict("records")):
+        scores: dict[str, pd.DataFrame] = {}
+        for place, (run, state) in enumerate(zip(table["run"], table["state"], strict=True)):
             try:
-                _check_scores(known[row["run"]], row["state"], described[row["run"]], chosen)
-                part = read_samples(known[row["run"]], chosen)
+                _check_scores(known[run], state, described[run], chosen)
+                scores[run] = read_samples(known[run], chosen)
             except DataError as error:
-                if row["state"] != "failed":
+                if state != "failed":
                     table.loc[place, "reason"] = str(error)
-                continue
-            run = pd.DataFrame({name: row[name] for name in ("run", *SETTING, "seed")}, part.index)
-            parts.append(pd.concat([run, part], axis=1))
-        columns = ["run", *GROUP, "seed", "id", "view", "family", "template"]
+        nothing = pd.DataFrame(columns=["id", "category", "family", "view", "template"])
+        samples = pd.concat(scores or {"": nothing}, names=["run"])
         # Copied: in one block each kind of column, of which pandas would warn otherwise.
-        samples = pd.concat(parts or [pd.DataFrame(columns=columns)], ignore_index=True).copy()
+        samples = table[["run", *SETTING, "seed"]].merge(samples, on="run").copy()
         other = _of_other_data(samples, settings, known)
         for part in (samples, table):
             part["category"] += part["run"].map(other).fillna("")
@@ -346,10 +344,9 @@ def _read_settings(
         name = relpath(run.path, folder)
         try:
             rows[name] = pd.json_normalize(run.settings)
+            known[name] = run
         except ConfigError as error:
             damaged.append({"run": name, "state": "damaged", "reason": str(error)})
-            continue
-        known[name] = run
     if not known:
         why = "".join(f" ({row['run']}: {row['reason']})" for row in damaged[:1])
         raise DataError(
