@@ -106,13 +106,9 @@ def decide(table: pd.DataFrame) -> pd.DataFrame:
         `above`. Of all rows of a table without differences, one is said to differ in at most 5% of
         tables; the same holds for equality.
     """
-    table, known = table.copy(), table["trainings"].astype(bool)
-    table["p_corrected"] = np.nan
-    table.loc[known, "p_corrected"] = holm(table.loc[known, "p"].tolist())
-    table["differs"] = table["p_corrected"] < LEVEL
-    table["equal"] = False
-    table.loc[known, "equal"] = np.array(holm(table.loc[known, "p_equal"].tolist())) < LEVEL
-    return table
+    corrected = np.array(holm(table["p"].tolist()))
+    equal = np.array(holm(table["p_equal"].tolist())) < LEVEL
+    return table.assign(p_corrected=corrected, differs=corrected < LEVEL, equal=equal)
 
 
 def _floors(results: Results, measure: str) -> pd.Series:

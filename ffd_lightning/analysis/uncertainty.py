@@ -122,12 +122,15 @@ def _rest(scores: Array) -> float:
 def holm(p_values: Sequence[float]) -> list[float]:
     """Return p values corrected for their number, by Holm's step-down method (1979).
 
+    NaN, where nothing was tested, stays NaN and does not count.
+
     >>> [round(p, 3) for p in holm([0.04, 0.01, 0.5])]
     [0.08, 0.03, 0.5]
     """
     p = np.asarray(p_values, float)
-    order = np.argsort(p, kind="stable")
-    steps = np.maximum.accumulate((len(p) - np.arange(len(p))) * p[order])
+    order = np.argsort(p, kind="stable")  # NaN last
+    count = np.count_nonzero(~np.isnan(p))
+    steps = np.maximum.accumulate((count - np.arange(len(p))) * p[order])
     corrected = np.empty_like(p)
     corrected[order] = np.minimum(steps, 1)
     return [float(x) for x in corrected]

@@ -123,4 +123,5 @@ def test_holm():
         worst = levels[int(k)] = max(worst, min(1.0, p[k] * (len(p) - rank)))
     assert holm(p) == pytest.approx([levels[k] for k in range(len(p))])
     assert holm([0.01, 0.01, 0.9]) == pytest.approx([0.03, 0.03, 0.9])
+    assert holm([np.nan, 0.01, 0.9]) == pytest.approx([np.nan, 0.02, 0.9], nan_ok=True)
     assert holm([]) == []
