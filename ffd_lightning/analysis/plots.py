@@ -186,9 +186,7 @@ def selection_histograms(samples: pd.DataFrame) -> Figure:
             panel.set_xlim(0.4, count + 0.6)
             panel.set_xticks(sorted({1, (1 + count) // 2, count}))
             panel.grid(axis="x", visible=False)
-        top = max(panel.dataLim.y1 for panel in panels)
-        for panel in panels:
-            panel.set_ylim(0, 1.05 * top)
+        panels[0].set_ylim(0, 1.05 * max(panel.dataLim.y1 for panel in panels))  # they share it
         figure.supylabel("share of test images", fontsize=8.5)
         figure.supxlabel("template, most selected first", fontsize=8.5)
     return figure

@@ -272,19 +272,16 @@ def _numbers(
 
 
 def _cells(table: pd.DataFrame, column: Column) -> list[Cell]:
-    shown, of_category = table[column.name].map(column.show), table["category"]
-    best = column.better * (column.better * table[column.name]).groupby(of_category).transform(
-        "max"
-    )
+    values, of_category = table[column.name], table["category"]
+    shown, extreme = values.map(column.show), "max" if column.better > 0 else "min"
+    best = values.groupby(of_category).transform(extreme).map(column.show)
+    differ = shown.groupby(of_category).transform("nunique") > 1
     # Scores that read the same are marked alike.
-    is_best = (shown == best.map(column.show)) & (
-        shown.groupby(of_category).transform("nunique") > 1
-    )
+    marked = (shown == best) & differ & (column.better != 0)
     cells = []
-    for row, text, marked in zip(table.to_dict("records"), shown, is_best, strict=True):
-        deviation = row[f"{column.name}_std"]
+    for text, deviation, mark in zip(shown, table[f"{column.name}_std"], marked, strict=True):
         text += "" if pd.isna(deviation) else f" ± {column.show(deviation)}"
-        cells.append(Cell(text, mark="▲" if marked and column.better else ""))
+        cells.append(Cell(text, mark="▲" if mark else ""))
     return cells
 
 
