@@ -101,16 +101,11 @@ def _solve(
     # c - tip = t satisfies 2 apart . t = reach for each point that is as far away as the last.
     length = np.square(apart).sum(axis=0)
     reach = length + height[:-1] - height[-1]
-    i, j = np.triu_indices(len(length), 1)
+    (x, z), (i, j) = apart, np.triu_indices(len(length), 1)
     with np.errstate(all="ignore"):
         pairs = apart * (reach / (2 * length))
-        turned = np.stack(
-            [
-                apart[1, j] * reach[i] - apart[1, i] * reach[j],
-                apart[0, i] * reach[j] - apart[0, j] * reach[i],
-            ]
-        )
-        triples = turned / (2 * (apart[0, i] * apart[1, j] - apart[0, j] * apart[1, i]))
+        turned = np.stack([z[j] * reach[i] - z[i] * reach[j], x[i] * reach[j] - x[j] * reach[i]])
+        triples = turned / (2 * (x[i] * z[j] - x[j] * z[i]))
         centers = tip + np.concatenate([np.zeros((2, 1)), pairs, triples], axis=1)
         squared = _squared_distances(ground[:, None], height, centers[..., None]).max(axis=-1)
     best = int(np.where(np.isfinite(squared), squared, np.inf).argmin())

@@ -36,7 +36,6 @@ def _to_srgb(linear: Floats) -> Floats:
     return np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
-_UNIT = (np.arange(256) / 255).astype(np.float32)
 _LINEAR = _to_linear(np.arange(256) / 255)
 _LINEAR_FINE = _to_linear(np.arange(4096) / 4095)
 
@@ -110,12 +109,9 @@ def _rays(
         (x0, y0), (x1, y1) = seen.min(axis=0), seen.max(axis=0)
         rows = _span(-y1 / half_y, -y0 / half_y, height)
         columns = _span(x0 / half_x, x1 / half_x, width)
-    y = half_y * (
-        1 - 2 * (np.arange(rows[0] * samples, rows[1] * samples) + 0.5) / height / samples
-    )
-    x = half_x * (
-        2 * (np.arange(columns[0] * samples, columns[1] * samples) + 0.5) / width / samples - 1
-    )
+    down, along = (np.arange(a * samples, b * samples) + 0.5 for a, b in (rows, columns))
+    y = half_y * (1 - 2 * down / height / samples)
+    x = half_x * (2 * along / width / samples - 1)
     grid = pose.forward + y[:, None, None] * pose.up + x[None, :, None] * pose.right
     return rows, columns, grid.reshape(-1, 3).astype(np.float32)
 
@@ -132,7 +128,7 @@ def _trace(mesh: Mesh, position: NDArray[np.float64], directions: Floats) -> Flo
     brightness = _brightness(mesh, position)
     plain = np.empty((len(mesh.faces), 4), np.float32)
     plain[:, :3] = _LINEAR[mesh.face_colors[:, :3]] * brightness
-    plain[:, 3] = _UNIT[mesh.face_colors[:, 3]]
+    plain[:, 3] = mesh.face_colors[:, 3] / 255
 
     light = np.zeros((len(directions), 4), np.float32)
     rays = np.arange(len(directions))
