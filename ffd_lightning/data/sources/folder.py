@@ -89,8 +89,8 @@ class FolderSource(Source):
         prepared anew.
         """
         folder = self._folder(category)
-        facts = [
-            (file.relative_to(folder).as_posix(), f"{stat.st_size}\0{stat.st_mtime_ns}")
+        found = [
+            (file.relative_to(folder).as_posix(), stat)
             for _, files in _entries(folder)
             for file, stat in files.items()
             if matters(file)
@@ -99,20 +99,21 @@ class FolderSource(Source):
         if (folder / ORIENTATIONS).is_file():
             self._shapes.pop(category, None)
             own = {"orientations": self._of(category).orientations}
-        return {
-            "source": "folder",
-            "loader": _LOADER_VERSION,
-            "files": len(facts),
-            "sha256": digest_of_files(facts),
-            **self.usual._asdict(),
-            **own,
-        }
+        return self._fingerprint("folder", found, files=len(found)) | own
 
     def rejected(self, category: str) -> dict[str, str]:
         """Return the shapes whose mesh files are empty or of a format that is not read."""
         meshes = {i: mesh for i, (mesh, _) in self._of(category).files.items()}
         found = {i: unread(m) for i, m in meshes.items() if m.suffix.lower() in FOREIGN}
         return found | {i: f"{m.name} is empty" for i, m in meshes.items() if not m.stat().st_size}
+
+    def _fingerprint(
+        self, source: str, found: Iterable[tuple[str, os.stat_result]], **more: int
+    ) -> dict[str, object]:
+        """Return how shapes are turned, and a hash over names, sizes and times of files."""
+        facts = [(name, f"{stat.st_size}\0{stat.st_mtime_ns}") for name, stat in found]
+        known = {"source": source, "loader": _LOADER_VERSION, **more}
+        return {**known, "sha256": digest_of_files(facts), **self.usual._asdict()}
 
     def _of(self, category: str) -> _Category:
         """Return a category's shapes, looked for once."""
@@ -178,17 +179,8 @@ class MeshFiles(FolderSource):
         found = self._found.files
         known = {(i, file) for i, (file, _) in found.items()}
         known |= {(str(f), f) for _, files in found.values() for f in files if matters(f)}
-        facts = [
-            (name, f"{(stat := file.stat()).st_size}\0{stat.st_mtime_ns}")
-            for name, file in sorted(known)
-        ]
-        turned = self.usual._asdict()
-        return {
-            "source": "mesh_files",
-            "loader": _LOADER_VERSION,
-            "sha256": digest_of_files(facts),
-            **turned,
-        }
+        stats = [(name, file.stat()) for name, file in sorted(known)]
+        return self._fingerprint("mesh_files", stats)
 
     def _of(self, category: str) -> _Category:
         return self._found
