@@ -16,9 +16,6 @@ RADIUS = 0.5
 FRAMING_DISTANCE = RADIUS / math.sin(math.radians(FIELD_OF_VIEW / 2))
 """From where it does."""
 
-BLENDER_LENS = 35.0, 32.0
-"""Focal length and sensor of Blender's default camera, mm: the authors' and 3D-R2N2's."""
-
 
 class CameraPose(NamedTuple):
     """Position and orthonormal axes of a camera, (3,) float64 each."""
@@ -91,16 +88,16 @@ class Camera:
         return replace(self, field_of_view=math.degrees(2 * half))
 
 
-def vertical_field_of_view(focal_length: float, sensor: float, height: int, side: int) -> float:
-    """Return the vertical field of view of a lens, in degrees.
+def blender_field_of_view(height: int, side: int) -> float:
+    """Return the vertical field of view, in degrees, of the authors' and 3D-R2N2's lens.
+
+    It is that of Blender's default camera: 35 mm before a sensor of 32 mm.
 
     Args:
-        focal_length: in the unit of `sensor`.
-        sensor: a side of what the lens throws the image on.
         height: of the image, in pixels.
         side: of the image that falls on the sensor's, in pixels.
 
-    >>> round(vertical_field_of_view(35, 32, 192, 256), 3)
+    >>> round(blender_field_of_view(192, 256), 3)
     37.849
     """
-    return math.degrees(2 * math.atan(sensor / 2 / focal_length * height / side))
+    return math.degrees(2 * math.atan(32 / 2 / 35 * height / side))

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from ffd_lightning.components import Range, check_ranges, typed
-from ffd_lightning.imaging.camera import BLENDER_LENS, RADIUS, Camera, vertical_field_of_view
+from ffd_lightning.imaging.camera import RADIUS, Camera, blender_field_of_view
 
 _ELEVATIONS, _LENSES = (-5, 60), (25, 60)  # of random cameras, in degrees
 # The authors' Blender script: the camera at (0, 1, 0.6), Blender's default lens.
@@ -107,7 +107,7 @@ class RenderSettings:
         own = math.degrees(math.atan2(*reversed(_AUTHORS_POSITION)))
         elevation = own if self.elevation is None else self.elevation
         side = max(self.height, self.width)  # Blender's sensor is as wide as the longer one
-        lens = vertical_field_of_view(*BLENDER_LENS, self.height, side)
+        lens = blender_field_of_view(self.height, side)
         distance = math.hypot(*_AUTHORS_POSITION)
         return tuple(Camera(azimuth, elevation, distance, lens) for azimuth in self.azimuths)
 

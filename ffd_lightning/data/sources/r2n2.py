@@ -19,7 +19,7 @@ from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.reading.files import digest_of_files, files_below
 from ffd_lightning.errors import DataError, RejectedShapeError, is_of_machine
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.imaging.camera import BLENDER_LENS, Camera, vertical_field_of_view
+from ffd_lightning.imaging.camera import Camera, blender_field_of_view
 from ffd_lightning.imaging.rendering import render
 
 VIEWS = 24
@@ -93,7 +93,7 @@ class R2n2Images:
                 raise ValueError("turned cameras")
         except ValueError as error:
             return None, f"its cameras are not known: {_METADATA} cannot be read ({error})"
-        lens = vertical_field_of_view(*BLENDER_LENS, 1, 1)
+        lens = blender_field_of_view(1, 1)
         return tuple(
             Camera(azimuth % 360, elevation, _FARTHEST * ratio, lens)
             for azimuth, elevation, _, ratio, _ in rows.tolist()
