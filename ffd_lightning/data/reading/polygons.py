@@ -59,12 +59,9 @@ def _of_polygons(
         cut = cuts.get(k, fan)
         faces += [[polygon[c] for c in triangle] for triangle in cut]
         origins += [k] * len(cut)
-    mesh = trimesh.Trimesh(places, np.reshape(faces, (-1, 3)), process=False)
     if colors is not None:
-        mesh.visual = trimesh.visual.ColorVisuals(face_colors=colors[origins])
-    elif visual is not None:
-        mesh.visual = visual
-    return mesh
+        visual = trimesh.visual.ColorVisuals(face_colors=colors[origins])
+    return trimesh.Trimesh(places, np.reshape(faces, (-1, 3)), visual=visual, process=False)
 
 
 def cut_ply(geometry: trimesh.Trimesh) -> trimesh.Trimesh:
@@ -100,14 +97,11 @@ def read_off(data: bytes, name: str) -> trimesh.Trimesh:
     points, faces = body[:first], body[first : first + second]
     places = np.array([row[:3] for row in points], np.float64)
     polygons = [[int(x) for x in row[1 : 1 + int(row[0])]] for row in faces]
-    visual, at = None, 6 if kind[3] else 3  # behind a normal
+    at = 6 if kind[3] else 3  # behind a normal
     # What follows colours, coordinates of textures, would be taken for their alpha.
-    if (
-        kind[2]
-        and not kind[1]
-        and (colors := _off_colors([row[at : at + 4] for row in points])) is not None
-    ):
-        visual = trimesh.visual.ColorVisuals(vertex_colors=colors)
+    colored = points if kind[2] and not kind[1] else []
+    of_points = _off_colors([row[at : at + 4] for row in colored])
+    visual = None if of_points is None else trimesh.visual.ColorVisuals(vertex_colors=of_points)
     of_faces = _off_colors([row[1 + int(row[0]) :] for row in faces])
     return _of_polygons(places, polygons, of_faces, visual)
 
