@@ -27,7 +27,7 @@ from ffd_lightning.data.batches import (
     resident_bytes,
 )
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.preparation.prepared import PreparedSet, spread_rows
 from ffd_lightning.data.splits import HashSplit, Split, SplitInput, SplitRule, make_split
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.choice import AutoTemplates, TemplateStrategy, choose_templates
@@ -43,9 +43,6 @@ from ffd_lightning.nn import consensus
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
 log = logging.getLogger(__name__)
-
-_GPU_WORKERS = 2
-_MEASURED = 1024  # images, to tell how large objects are in them
 
 
 @dataclass(eq=False)
@@ -443,8 +440,10 @@ class FfdDataModule(LightningDataModule):
     @cached_property
     def object_fill(self) -> float:
         """How large objects are in training images, see `object_fill` of `imaging.framing`."""
-        views = self.prepared.spread_views(self.rows(self.split.train), _MEASURED)
-        return object_fill(self.prepared.image(*view) for view in views)
+        rows, views = self.rows(self.split.train), self.prepared.image_shape[0]
+        some = rows[spread_rows(len(rows), 1024)].tolist()
+        # Views take turns.
+        return object_fill(self.prepared.image(row, k % views) for k, row in enumerate(some))
 
     @property
     def store(self) -> ShapeStore:
@@ -511,7 +510,7 @@ class FfdDataModule(LightningDataModule):
         # Processes of the loader reach what is in files, and not what is on a GPU.
         gather: Any = self.store.batch if self.store.device.type == "cpu" else None
         # Beside a GPU other processes draw ahead; on the CPU they would take its cores.
-        usual = _GPU_WORKERS if on_gpu else 0
+        usual = 2 if on_gpu else 0
         loader = DataLoader(
             indices,
             batch_size=None,

@@ -14,7 +14,7 @@ from PIL import Image
 
 from ffd_lightning import shapes
 from ffd_lightning.data.categories import name_of
-from ffd_lightning.data.preparation.prepared import MANIFEST, PreparedSet
+from ffd_lightning.data.preparation.prepared import MANIFEST, PreparedSet, spread_rows
 from ffd_lightning.data.reading.orientation import ORIENTATIONS
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh, normalize
@@ -102,11 +102,10 @@ def write_sheet(prepared: PreparedSet, file: Path) -> str:
 def draw_set(prepared: PreparedSet) -> Image.Image:
     """Draw the first image of up to 32 shapes of a set, some of its variants, and four sides."""
     whole, prepared = prepared, prepared.originals
-    views, category = prepared.spread_views(range(len(prepared)), SHOWN), prepared.category(0)
-    rows = [row for row, _ in views]
+    rows, category = spread_rows(len(prepared), SHOWN).tolist(), prepared.category(0)
     seen = _first_images(prepared, rows)
     known, expected = _embedded(category), _expected(category)
-    own = [row for row, _ in prepared.spread_views(range(len(prepared)), _POSED)]
+    own = spread_rows(len(prepared), _POSED).tolist()
     cameras = [prepared.camera(row) for row in own]
     title = f"right orientation: {category if known else 'any shape'}"
     left = _poses(expected, [cameras[min(k, len(own) - 1)] for k in range(len(expected))])
@@ -124,7 +123,7 @@ def draw_set(prepared: PreparedSet) -> Image.Image:
     sheets = [_headed(seen, f"{category}: what the network sees", which)]
     if whole.origins:
         made = [row for row, i in enumerate(whole.ids) if i in whole.origins]
-        some = [row for row, _ in whole.spread_views(made, _COLUMNS)]
+        some = [made[k] for k in spread_rows(len(made), _COLUMNS)]
         note = f"{len(some)} of {len(made)} variants of these shapes, that are only trained on"
         sheets.append(_headed(_first_images(whole, some), "deformed variants", note))
     return joined([*sheets, joined(poses, across=True)])

@@ -8,7 +8,7 @@ import os
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -210,13 +210,6 @@ class PreparedSet:
                 del _measured[next(iter(_measured))]
             _measured[file] = found
         return _measured[file]
-
-    def spread_views(
-        self, rows: Sequence[int] | NDArray[np.int64], count: int
-    ) -> list[tuple[int, int]]:
-        """Return row and view of an image of at most `count` shapes of `rows`; views take turns."""
-        places = spread_rows(len(rows), count)
-        return [(int(rows[place]), k % self.image_shape[0]) for k, place in enumerate(places)]
 
     def mesh(self, row: int) -> Mesh:
         """Return a shape's normalised mesh; its textures are smaller than the source's."""
