@@ -194,9 +194,7 @@ class ShapeStore:
 
         def copy(row: int) -> None:
             clouds[row] = torch.tensor(prepared.packed_cloud(row))
-            for view in range(prepared.image_shape[0]):
-                image = prepared.image(row, view)[..., : self._channels]
-                images[row, view] = torch.from_numpy(image.copy())
+            images[row] = torch.from_numpy(prepared.images(row)[..., : self._channels])
 
         read_in_threads(copy, range(count))
         return images, clouds

@@ -425,8 +425,7 @@ class FfdDataModule(LightningDataModule):
     def give_templates(self, network: TemplateFfdNetwork) -> None:
         """Tell conditioned heads the bank's templates; other heads know theirs."""
         if network.heads.conditioned:
-            rows, views = self.rows(self.bank.ids), range(self.prepared.image_shape[0])
-            pictures = (np.stack([self.prepared.image(r, v) for v in views]) for r in rows)
+            pictures = map(self.prepared.images, self.rows(self.bank.ids).tolist())
             codes = network.codes(self.bank.points, pictures)
             network.use_templates(codes, self.bank.sample(consensus.POINTS))
             camera = self.render.only_camera

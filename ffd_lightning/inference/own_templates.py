@@ -117,9 +117,8 @@ def of_files(
 def of_prepared(model: TrainedModel, prepared: PreparedSet, ids: Sequence[str]) -> OwnTemplates:
     """Take shapes of a prepared set as templates."""
     bank = TemplateBank.of(prepared, ids, model.bank.degrees, model.bank.max_edge)
-    rows, views = [prepared.index(i) for i in ids], range(prepared.image_shape[0])
-    pictures = (np.stack([prepared.image(row, view) for view in views]) for row in rows)
-    digest = digest_of([prepared.digest, list(ids)])
+    rows = [prepared.index(i) for i in ids]
+    pictures, digest = map(prepared.images, rows), digest_of([prepared.digest, list(ids)])
     shapes = Subset(prepared, np.array(rows))
     return OwnTemplates(bank, pictures, digest, shapes, prepared.paths[0].parents[1])
 

@@ -187,6 +187,10 @@ class PreparedSet:
         """Return one image of a shape, (H, W, 4) uint8: RGB over white and object mask."""
         return unpack_image(self._read(row, f"image_{view}"), self.image_shape[1:])
 
+    def images(self, row: int) -> NDArray[np.uint8]:
+        """Return all images of a shape, (views, H, W, 4) uint8, see `image`."""
+        return np.stack([self.image(row, view) for view in range(self.image_shape[0])])
+
     def camera(self, row: int, view: int = 0) -> Camera:
         """Return the camera that took an image; where it is unknown, one that frames the shape."""
         return unpack_camera(self._read(row, "cameras")[view])
