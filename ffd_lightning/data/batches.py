@@ -162,11 +162,8 @@ class ShapeStore:
         low, high = self._boxes[rows].unbind(1)
         lattice = Lattice(low, high - low, self._bank.degrees)
         matrix = deformation_matrix(cloud.double(), lattice).float()
-        control_points = lattice.control_points().float()
-        return (
-            TemplateSample(matrix, control_points, lattice.degrees),
-            DrawnTemplates(cloud, images[..., :3].permute(0, 3, 1, 2)),
-        )
+        templates = TemplateSample(matrix, lattice.control_points().float(), lattice.degrees)
+        return templates, DrawnTemplates(cloud, images[..., :3].permute(0, 3, 1, 2))
 
     def _gather(self, rows: Tensor, views: Tensor, points: Tensor) -> tuple[Tensor, Tensor]:
         """Return images (q, H, W, channels) and points (q, N, 3) of shapes."""

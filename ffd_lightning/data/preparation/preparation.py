@@ -91,9 +91,8 @@ class Preparation:
         if len(set(ids)) != len(ids) or not all(isinstance(i, str) for i in ids):
             name = type(self.source).__name__
             raise ConfigError(f"shape_ids of {name} must give a list of strings, each of them once")
-        if self.leave_out:
-            left_out = set(self._left_out(ids))
-            ids = [i for i in ids if i not in left_out]
+        left_out = set(self._left_out(ids))
+        ids = [i for i in ids if i not in left_out]
         count = len(ids) if self.limit is None else min(self.limit, len(ids))
         return [ids[k * len(ids) // count] for k in range(count)]
 
