@@ -55,9 +55,8 @@ def write_cloud(
     """
     surface = reconstruction.colored(colors)
     points, faces = reconstruction.sample(count, seed)
-    labels: dict[str, Any] = (
-        {} if surface.face_parts is None else {"label": surface.face_parts[faces]}
-    )
+    parts = surface.face_parts
+    labels: dict[str, Any] = {} if parts is None else {"label": parts[faces]}
     cloud = trimesh.Trimesh(
         points,
         np.zeros((0, 3), np.int64),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -195,5 +194,5 @@ class Reconstruction:
 def _trimesh(mesh: Mesh) -> trimesh.Trimesh:
     # Copied, as callers may edit theirs, and the bank keeps its own. Not processed: vertices and
     # faces stay in the order of labels and decomposition.
-    arrays = copy.deepcopy((mesh.vertices, mesh.faces, mesh.face_colors))
-    return trimesh.Trimesh(*arrays[:2], face_colors=arrays[2], process=False)
+    vertices, faces, colors = (a.copy() for a in (mesh.vertices, mesh.faces, mesh.face_colors))
+    return trimesh.Trimesh(vertices, faces, face_colors=colors, process=False)
