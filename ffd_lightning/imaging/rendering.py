@@ -77,12 +77,10 @@ def render(
     return image
 
 
-def seen_faces(
-    mesh: Mesh, camera: Camera = _FRAMING, *, height: int = 192, width: int = 256
-) -> NDArray[np.int64]:
-    """Return the face that each pixel's middle shows, (height, width), -1 where there is none."""
-    rows, columns, directions = _rays(mesh, camera, height, width, 1)
-    found = np.full((height, width), -1, np.int64)
+def seen_faces(mesh: Mesh, camera: Camera, side: int) -> NDArray[np.int64]:
+    """Return the face that each pixel's middle shows, (side, side), -1 where there is none."""
+    rows, columns, directions = _rays(mesh, camera, side, side, 1)
+    found = np.full((side, side), -1, np.int64)
     if len(directions):
         origins = np.broadcast_to(camera.pose.position.astype(np.float32), directions.shape)
         hits = _scene(mesh).run(origins.copy(), directions, output=1)["primID"]

@@ -79,7 +79,7 @@ def _aligned(mesh: Mesh, viewpoint: Viewpoint, image: NDArray[np.uint8]) -> NDAr
     height, width = image.shape[:2]
     side = 2 * max(height, width)
     camera = Camera(viewpoint.azimuth, viewpoint.elevation)
-    faces = seen_faces(mesh, camera, height=side, width=side)
+    faces = seen_faces(mesh, camera, side)
     found = np.full((height, width), -1, np.int64)
     there, here = covered_box(faces >= 0), covered_box(image[..., 3] > 127)
     if there is None or here is None:
