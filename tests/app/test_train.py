@@ -2,6 +2,7 @@ import csv
 import json
 import shutil
 import signal
+import sys
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 from ffd_lightning.analysis.results import Results, evaluate_command, own_protocol
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.commands.evaluate import read_config
+from ffd_lightning.app.commands.train import run_to_end
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.sweep_end import SweepEnd
 from ffd_lightning.app.training_run import train
@@ -302,6 +304,28 @@ def test_a_job_that_is_refused_stops_no_other_of_the_same_folder(prepared, data_
     assert done.returncode == 1
     assert "1 of 2 runs failed" in done.stderr
     assert the_run(tmp_path).finished
+
+
+def test_what_is_asked_to_end_lets_its_training_end(tmp_path):
+    """It may have begun jobs in processes of their own, which a kill would leave."""
+    script = tmp_path / "training.py"
+    script.write_text(
+        "import os, pathlib, signal, time\n"
+        "signal.signal(signal.SIGTERM, signal.default_int_handler)\n"
+        "try:\n"
+        "    os.kill(os.getppid(), signal.SIGTERM)\n"
+        "    time.sleep(600)\n"
+        "except KeyboardInterrupt:\n"
+        "    time.sleep(1)\n"
+        "    pathlib.Path(__file__).with_name('ended').touch()\n"
+    )
+    before = signal.getsignal(signal.SIGTERM)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            run_to_end([sys.executable, str(script)])
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert (tmp_path / "ended").exists()
 
 
 def test_a_sweep_over_devices_is_not_started_twice(prepared, data_root, tmp_path, capfd):

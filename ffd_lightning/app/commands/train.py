@@ -93,13 +93,16 @@ def run_to_end(command: Sequence[str], environment: Mapping[str, str] | None = N
 
     Where this one is interrupted, that one ends what it has begun in others: a kill would not.
     """
-    with subprocess.Popen(command, env=environment) as process:
+    begun: list[subprocess.Popen[bytes]] = []
 
-        def interrupt(*_: object) -> None:
+    def interrupt(*_: object) -> None:
+        for process in begun:
             process.terminate()
-            raise KeyboardInterrupt
+        raise KeyboardInterrupt
 
-        signal.signal(signal.SIGTERM, interrupt)
+    signal.signal(signal.SIGTERM, interrupt)
+    with subprocess.Popen(command, env=environment) as process:
+        begun.append(process)
         try:
             return process.wait()
         except KeyboardInterrupt:  # a terminal's Ctrl-C is for both
