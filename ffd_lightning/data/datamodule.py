@@ -44,6 +44,9 @@ from ffd_lightning.nn.network import TemplateFfdNetwork
 
 log = logging.getLogger(__name__)
 
+_GPU_WORKERS = 2
+_MEASURED = 1024  # images, to tell how large objects are in them
+
 
 @dataclass(eq=False)
 class _Indices(Dataset[BatchIndices]):
@@ -440,7 +443,7 @@ class FfdDataModule(LightningDataModule):
     def object_fill(self) -> float:
         """How large objects are in training images, see `object_fill` of `imaging.framing`."""
         rows, views = self.rows(self.split.train), self.prepared.image_shape[0]
-        some = rows[spread_rows(len(rows), 1024)].tolist()
+        some = rows[spread_rows(len(rows), _MEASURED)].tolist()
         # Views take turns.
         return object_fill(self.prepared.image(row, k % views) for k, row in enumerate(some))
 
@@ -509,7 +512,7 @@ class FfdDataModule(LightningDataModule):
         # Processes of the loader reach what is in files, and not what is on a GPU.
         gather: Any = self.store.batch if self.store.device.type == "cpu" else None
         # Beside a GPU other processes draw ahead; on the CPU they would take its cores.
-        usual = 2 if on_gpu else 0
+        usual = _GPU_WORKERS if on_gpu else 0
         loader = DataLoader(
             indices,
             batch_size=None,

@@ -92,6 +92,9 @@ def run_to_end(command: Sequence[str], environment: Mapping[str, str] | None = N
     """Run a training in a process of its own and return its exit code.
 
     Where this one is interrupted, that one ends what it has begun in others: a kill would not.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C or SIGTERM, once the other process has ended.
     """
     begun: list[subprocess.Popen[bytes]] = []
 
