@@ -24,6 +24,7 @@ log = logging.getLogger(__name__)
 SUBSETS = ("train", "val", "test")
 _R2N2_FRACTION = 0.8
 _FEW = 10  # shapes: the mean of fewer varies by a third of one shape's deviation, or more
+_SHOWN = 80  # characters of a line in a message: a file may be one line
 _ID_COLUMNS = ("modelId", "shape_id", "model_id", "id")
 
 
@@ -161,7 +162,7 @@ class ListedSplit:
                 listed = _read_folder(self.file, synset)
             else:
                 text = self.file.read_text(encoding="utf-8-sig")
-                columns = text.partition("\n")[0].replace(" ", "").strip().split(",")
+                columns = re.sub(r'[\s"]', "", text.partition("\n")[0]).split(",")
                 listed = _read_table(text, synset) if "split" in columns else _read_lines(text)
         except (OSError, ValueError, KeyError, AttributeError) as error:
             raise ConfigError(f"split.file={self.file} cannot be read: {error}") from None
@@ -234,7 +235,7 @@ def _read_lines(text: str) -> list[tuple[str, str]]:
         return [(row[0], "test") for row in rows] + [("*", "train")]
     for row in rows:
         if len(row) != 2:
-            raise ValueError(f"{' '.join(row)!r} is not `<id> <subset>`")
+            raise ValueError(f"{' '.join(row)[:_SHOWN]!r} is not `<id> <subset>`")
     return [(name, subset) for name, subset in rows]
 
 

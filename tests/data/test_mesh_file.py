@@ -155,14 +155,21 @@ def test_a_material_whose_texture_cannot_be_used_is_grey_and_noted(folder, capfd
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("mtl", [None, b"\xff\xfe\0", b"newmtl m\nimage x\n"])
-def test_a_missing_or_useless_mtl_gives_grey(folder, mtl):
+@pytest.mark.parametrize(
+    ("mtl", "warning"),
+    [
+        (None, "material files are absent: m.mtl"),
+        (b"\xff\xfe\0", "materials that faces name are in no material file: m"),
+        (b"newmtl m\nimage x\n", ""),
+    ],
+)
+def test_a_missing_or_useless_mtl_gives_grey(folder, mtl, warning):
     folder.write("m.obj", TEXTURED)
     if mtl is not None:
         folder.write("m.mtl", mtl)
     mesh, warnings = folder.read()
     np.testing.assert_array_equal(mesh.face_colors, [GREY])
-    assert warnings == (() if mtl else ("material files are absent: m.mtl",))
+    assert warnings == ((warning,) if warning else ())
 
 
 @pytest.mark.parametrize("uvs", ["", "vt 0\nvt 1\nvt 0\n", "vt nan 0\nvt 1e400 0\nvt 0 -inf\n"])

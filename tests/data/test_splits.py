@@ -98,6 +98,7 @@ FORMS = {
         **{"train_val.lst": "a\nb\ne", "latest.txt": "a\nb"},
     },
     "all.txt": "04379243/a test\nchair/a train\n03001627/b train\nc test\nd test\ntable/d train\n",
+    "quoted.csv": '"id","split"\n"a","train"\n"b","train"\n"c","test"\n"d","test"\n',
     "shape_id.csv": "shape_id, split\na, train\nb, train\nc, test\nd, test\n",
 }
 

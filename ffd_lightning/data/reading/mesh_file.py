@@ -92,7 +92,7 @@ def read_mesh(
                 scene = trimesh.load_scene(data, file_type=kind, resolver=files, process=False)
             if kind == "ply":
                 scene.geometry |= {name: cut_ply(part) for name, part in scene.geometry.items()}
-            if kind == "obj" and files.materials:
+            if kind == "obj" and (files.materials or not problems[_NO_LIBRARY]):
                 used = dict.fromkeys(re.findall(rb"^usemtl +(.*\S)", content, re.MULTILINE))
                 others = [name for name in used if name not in files.materials]
                 problems[_NO_MATERIAL] = dict.fromkeys(x.decode("utf-8", "replace") for x in others)
