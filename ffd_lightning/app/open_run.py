@@ -40,7 +40,13 @@ def open_data(
         raise ConfigError(f"{run.config} cannot be used here: {error}") from None
     config.paths.data = str(data_root or config.paths.data)
     data = build_data(config)
-    absent = [found.target for found in data.preparations if not found.target.is_dir()]
+    try:
+        absent = [found.target for found in data.preparations if not found.target.is_dir()]
+    except DataError as error:
+        raise DataError(
+            f"the data set of {run.path} cannot be read: {error}. If it has moved, change its "
+            f"place in {run.config}"
+        ) from None
     if absent and not prepare:
         raise DataError(
             f"the prepared data of {run.path} is not there: {absent[0]}. data_root=DIR names the "
@@ -68,6 +74,6 @@ def open_run(
     if not model.bank.is_of(data.bank):
         raise ConfigError(
             f"the templates of the checkpoint {file} are not {run.path}'s: it is of another "
-            "network, or the files of their shapes have changed since"
+            "network, or shapes were added, removed or changed since"
         )
     return OpenRun(run, model.network, data, model.step)

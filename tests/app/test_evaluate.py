@@ -200,10 +200,12 @@ def test_other_templates(tmp_path):
     assert samples(run) == before
     assert len(list(run.evaluation(FEW).glob("data-*/samples.csv"))) == 1
     trimesh.creation.box((3, 1, 1)).export(root / f"{data.bank.ids[0]}.off")
-    with pytest.raises(ConfigError, match="files of their shapes have changed"):
+    with pytest.raises(ConfigError, match="shapes were added, removed or changed"):
         evaluate(run)
     run.set_status("running")
     with pytest.raises(DataError, match="has other templates than there are now"):
         train(cfg, run)
     shutil.rmtree(root)
     assert "is not known" in leak_warning(fewer, [*everything])
+    with pytest.raises(DataError, match=r"has moved, change its place in .*config\.yaml"):
+        evaluate(run)

@@ -73,6 +73,13 @@ def test_nothing_outside_of_an_archive_or_a_shape_is_read(tmp_path):
     assert not (colors == [255, 0, 0, 255]).all(1).any()
 
 
+def test_a_folder_whose_name_is_no_text_is_named(tmp_path):
+    root = write_folder(tmp_path, good_models("v1"))
+    (root / CHAIR / "st\udcfchle").mkdir()
+    with pytest.raises(DataError, match=r"is no text: st\\udcfchle; rename it"):
+        ShapeNetSource(root).shape_ids("chair")
+
+
 @pytest.mark.parametrize("share", [0, 0.5])
 def test_a_damaged_archive_is_named(tmp_path, share):
     write_zips(tmp_path, good_models("v1"))

@@ -6,7 +6,7 @@ from pathlib import Path, PurePath
 from typing import Literal, NamedTuple
 
 from ffd_lightning.data.categories import SYNSETS, listed, name_of
-from ffd_lightning.data.reading.files import Tree, digest_of_files, is_hidden
+from ffd_lightning.data.reading.files import Tree, digest_of_files, is_hidden, printable
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.reading.orientation import orient
 from ffd_lightning.data.source import Source, SourceShape
@@ -195,6 +195,8 @@ def _listed(place: Path) -> _Category:
     else:  # a shape's folder may be a link
         folders = [path for path in place.iterdir() if path.is_dir() and not is_hidden(path.name)]
         files = {folder.name: Tree(folder).sizes() for folder in folders}
+    if odd := [name for name in map(printable, files) if name not in files]:
+        raise DataError(f"{place} holds a folder whose name is no text: {odd[0]}; rename it")
     counts = {v: sum(mesh in own for own in files.values()) for v, mesh in MESHES.items()}
     version = max(counts, key=lambda v: counts[v])
     if not counts[version]:
