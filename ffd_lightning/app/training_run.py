@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from lightning import Trainer, seed_everything
 from lightning.pytorch.utilities import rank_zero_only
+from lightning.pytorch.utilities.exceptions import MisconfigurationException
 
 from ffd_lightning.app import identity
 from ffd_lightning.app.build import (
@@ -143,13 +144,13 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     leak = leak_warning(cfg, tested, alike)
     for warning in filter(None, (data.split.warning(), leak, copies)):
         log.warning("%s: %s", run.path, warning)
-    done = _checkpoint_step(run, data)
+    done, ended = _checkpoint_step(run, data)
     if _rank() == 0:
         if not run.data:
             run.set_data(data.record())
         _record_templates(run, data)
     clock = Clock(cfg.logger.every)
-    trainer = _trainer(cfg, run, done, clock)
+    trainer = _trainer(cfg, run, done, done if ended else cfg.schedule.steps, clock)
     _fit(trainer, module, data, run.checkpoint if done else None)
     trainer.save_checkpoint(run.checkpoint)  # whatever trainer.checkpoint_every divides
     if not trainer.is_global_zero:
@@ -225,10 +226,13 @@ def _record(cfg: TrainConfig) -> dict[str, Any]:
     }
 
 
-def _checkpoint_step(run: RunFolder, data: FfdDataModule) -> int:
-    """Return the step that the run's checkpoint continues from, 0 without one."""
+def _checkpoint_step(run: RunFolder, data: FfdDataModule) -> tuple[int, bool]:
+    """Return the step that the run's checkpoint continues from, 0 without one.
+
+    And whether the training ended there: a callback may have ended it before its last step.
+    """
     if not run.checkpoint.exists():
-        return 0
+        return 0, False
     try:
         found = read_checkpoint(run.checkpoint)
         bank = TemplateBank.from_state(found["model"]["templates"])
@@ -242,7 +246,8 @@ def _checkpoint_step(run: RunFolder, data: FfdDataModule) -> int:
                     "these are read. It goes on with what they are now; restart=true begins anew",
                     run.path,
                 )
-            return int(found["global_step"])
+            epochs = found["loops"]["fit_loop"]["epoch_progress"]["current"]["completed"]
+            return int(found["global_step"]), epochs > 0  # the whole training is one
         problem = f"has other templates than there are now, the first of them {data.bank.ids[0]}"
     raise DataError(
         f"the checkpoint {run.checkpoint} {problem}: add restart=true to train from the start"
@@ -289,9 +294,11 @@ def _fit(trainer: Trainer, module: FfdModule, data: FfdDataModule, checkpoint: P
         except SystemExit:
             # Lightning turns Ctrl-C into an exit; the entry script says how to resume.
             raise KeyboardInterrupt from None
+        except MisconfigurationException as error:  # of a callback or an lr_schedule, say
+            raise ConfigError(" ".join(str(error).split())) from error
 
 
-def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Trainer:
+def _trainer(cfg: TrainConfig, run: RunFolder, done: int, steps: int, clock: Clock) -> Trainer:
     figures, batches = cfg.callbacks, cfg.trainer.accumulate_grad_batches
     name = f"{cfg.category.name} {cfg.regime.name} {cfg.templates.name} {run.path.name}"
     callbacks = [
@@ -320,9 +327,9 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
     )
     return build_trainer(
         cfg.trainer,
-        max_steps=cfg.schedule.steps,
+        max_steps=steps,
         max_epochs=-1,
-        val_check_interval=min(cfg.trainer.val_every, cfg.schedule.steps) * batches,
+        val_check_interval=min(cfg.trainer.val_every, steps) * batches,
         num_sanity_val_steps=0,
         log_every_n_steps=cfg.logger.every,
         logger=logger if cfg.logger.tensorboard else False,

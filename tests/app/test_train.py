@@ -9,12 +9,14 @@ import pytest
 import torch
 from commands import ROOT, SAVING, killed, python, run_command
 from conftest import FEW, TINY
+from lightning import Callback
 from omegaconf import OmegaConf
 from PIL import Image
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 from torch.utils._python_dispatch import TorchDispatchMode
 
+from ffd_lightning import components
 from ffd_lightning.analysis.results import Results, evaluate_command, own_protocol
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.commands.evaluate import read_config
@@ -150,6 +152,22 @@ def test_a_finished_run_stays_finished_when_it_cannot_be_evaluated_anew(
         train(tiny_config(*few, "evaluation.subset=val", "logger.every=7"), run)
     assert run.status == status, "nor is it called running after a kill"
     assert run.config.read_bytes() == settings, "it says how the run was trained"
+
+
+def test_a_training_that_a_callback_ended_goes_on_no_more(tiny_config, tmp_path, monkeypatch):
+    run, settings = RunFolder(tmp_path / "run"), ("schedule.steps=9", "callback=[stops]")
+    monkeypatch.setitem(components._registered, ("callback", "stops"), (StopsAtTwo, "mine"))
+    train(tiny_config(*settings), run)
+    weights = torch.load(run.checkpoint, weights_only=True)["state_dict"]
+    train(tiny_config(*settings, "evaluation.seed=1"), run)
+    again = torch.load(run.checkpoint, weights_only=True)
+    assert again["global_step"] == 2
+    assert all(torch.equal(weights[name], again["state_dict"][name]) for name in weights)
+
+
+class StopsAtTwo(Callback):
+    def on_train_batch_end(self, trainer, *_):
+        trainer.should_stop = trainer.global_step == 2
 
 
 def interrupted(*_):
