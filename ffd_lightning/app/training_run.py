@@ -236,6 +236,7 @@ def _checkpoint_step(run: RunFolder, data: FfdDataModule) -> tuple[int, bool]:
     try:
         found = read_checkpoint(run.checkpoint)
         bank = TemplateBank.from_state(found["model"]["templates"])
+        epochs = found["loops"]["fit_loop"]["epoch_progress"]["current"]["completed"]
     except (DataError, KeyError, TypeError, ValueError):  # cut off, or not of this training
         problem = "is damaged"
     else:
@@ -246,8 +247,8 @@ def _checkpoint_step(run: RunFolder, data: FfdDataModule) -> tuple[int, bool]:
                     "these are read. It goes on with what they are now; restart=true begins anew",
                     run.path,
                 )
-            epochs = found["loops"]["fit_loop"]["epoch_progress"]["current"]["completed"]
-            return int(found["global_step"]), epochs > 0  # the whole training is one
+            done = int(found["global_step"])
+            return done, done > 0 and epochs > 0  # the whole training is one epoch
         problem = f"has other templates than there are now, the first of them {data.bank.ids[0]}"
     raise DataError(
         f"the checkpoint {run.checkpoint} {problem}: add restart=true to train from the start"
