@@ -101,7 +101,7 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
             return dict(run.status["summary"])
         trained = run.finished  # and stays so, whatever becomes of an evaluation in another way
         if not trained:
-            run.set_status("running", steps=cfg.schedule.steps)
+            run.set_status("running")
         try:
             summary = _train(cfg, run)
         except Exception as error:
@@ -110,7 +110,7 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
                 with suppress(OSError):  # of a full disk: the first error is the one to show
                     run.set_status("failed", reason=f"{name}{error}")
             raise
-        run.set_status("finished", steps=cfg.schedule.steps, evaluation=asked, summary=summary)
+        run.set_status("finished", evaluation=asked, summary=summary)
         (run.path / "progress.json").unlink(missing_ok=True)
         return summary
 

@@ -22,7 +22,7 @@ def test_the_status_of_runs(tmp_path, capsys):
     for run in runs:
         run.path.mkdir()
         run.config.write_text("seed: 0\n")
-        run.set_status("running", steps=10)
+        run.set_status("running")
     first, second, third, fourth = runs
     first.set_status("finished")
     second.set_status("failed", reason="the disk [/data] is full")
