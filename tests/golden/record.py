@@ -77,6 +77,7 @@ def _machine() -> dict[str, str]:
         "torch": torch.__version__,
         "numpy": np.__version__,
         "numba": numba.__version__,
+        "OPENBLAS_CORETYPE": os.environ.get("OPENBLAS_CORETYPE", ""),
     }
 
 
