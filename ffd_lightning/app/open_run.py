@@ -25,7 +25,7 @@ def open_data(
 
     Raises:
         ConfigError: its `config.yaml` cannot be used here.
-        DataError: its prepared data is not there.
+        DataError: its data set cannot be read, or its prepared data is not there.
     """
     settings, there = run.settings, Path(run.data.get("folder", "."))  # from where it was trained
     for group in ("data", "split", "template_strategy"):

@@ -144,13 +144,13 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     leak = leak_warning(cfg, tested, alike)
     for warning in filter(None, (data.split.warning(), leak, copies)):
         log.warning("%s: %s", run.path, warning)
-    done, ended = _checkpoint_step(run, data)
+    done, last = _steps(cfg, run, data)
     if _rank() == 0:
         if not run.data:
             run.set_data(data.record())
         _record_templates(run, data)
     clock = Clock(cfg.logger.every)
-    trainer = _trainer(cfg, run, done, done if ended else cfg.schedule.steps, clock)
+    trainer = _trainer(cfg, run, done, last, clock)
     _fit(trainer, module, data, run.checkpoint if done else None)
     trainer.save_checkpoint(run.checkpoint)  # whatever trainer.checkpoint_every divides
     if not trainer.is_global_zero:
@@ -226,13 +226,13 @@ def _record(cfg: TrainConfig) -> dict[str, Any]:
     }
 
 
-def _checkpoint_step(run: RunFolder, data: FfdDataModule) -> tuple[int, bool]:
-    """Return the step that the run's checkpoint continues from, 0 without one.
+def _steps(cfg: TrainConfig, run: RunFolder, data: FfdDataModule) -> tuple[int, int]:
+    """Return the step of the run's checkpoint, 0 without one, and the last step of its training.
 
-    And whether the training ended there: a callback may have ended it before its last step.
+    A callback may have ended the training early: then the checkpoint's step is its last.
     """
     if not run.checkpoint.exists():
-        return 0, False
+        return 0, cfg.schedule.steps
     try:
         found = read_checkpoint(run.checkpoint)
         bank = TemplateBank.from_state(found["model"]["templates"])
@@ -248,7 +248,8 @@ def _checkpoint_step(run: RunFolder, data: FfdDataModule) -> tuple[int, bool]:
                     run.path,
                 )
             done = int(found["global_step"])
-            return done, done > 0 and epochs > 0  # the whole training is one epoch
+            ended = done > 0 and epochs > 0  # the whole training is one epoch
+            return done, done if ended else cfg.schedule.steps
         problem = f"has other templates than there are now, the first of them {data.bank.ids[0]}"
     raise DataError(
         f"the checkpoint {run.checkpoint} {problem}: add restart=true to train from the start"
@@ -299,7 +300,7 @@ def _fit(trainer: Trainer, module: FfdModule, data: FfdDataModule, checkpoint: P
             raise ConfigError(" ".join(str(error).split())) from error
 
 
-def _trainer(cfg: TrainConfig, run: RunFolder, done: int, steps: int, clock: Clock) -> Trainer:
+def _trainer(cfg: TrainConfig, run: RunFolder, done: int, last: int, clock: Clock) -> Trainer:
     figures, batches = cfg.callbacks, cfg.trainer.accumulate_grad_batches
     name = f"{cfg.category.name} {cfg.regime.name} {cfg.templates.name} {run.path.name}"
     callbacks = [
@@ -328,9 +329,9 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, steps: int, clock: Clo
     )
     return build_trainer(
         cfg.trainer,
-        max_steps=steps,
+        max_steps=last,
         max_epochs=-1,
-        val_check_interval=min(cfg.trainer.val_every, steps) * batches,
+        val_check_interval=min(cfg.trainer.val_every, last) * batches,
         num_sanity_val_steps=0,
         log_every_n_steps=cfg.logger.every,
         logger=logger if cfg.logger.tensorboard else False,

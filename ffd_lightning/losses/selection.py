@@ -101,7 +101,7 @@ class PosteriorTaught:
         Templates of infinite cost have weight 0.
         """
         posterior = (-costs / self.temperature).softmax(dim=1)
-        possible = costs.isfinite().to(costs)  # of its precision
+        possible = costs.isfinite().to(costs)  # quotients of bools are float32
         even = possible / possible.sum(1, keepdim=True)
         weights = (1 - self.uniform) * posterior + self.uniform * even
         log_probs = inputs.prediction.template_logits.log_softmax(dim=1)

@@ -195,8 +195,9 @@ def _listed(place: Path) -> _Category:
     else:  # a shape's folder may be a link
         folders = [path for path in place.iterdir() if path.is_dir() and not is_hidden(path.name)]
         files = {folder.name: Tree(folder).sizes() for folder in folders}
-    if odd := [name for name in map(printable, files) if name not in files]:
-        raise DataError(f"{place} holds a folder whose name is no text: {odd[0]}; rename it")
+    if odd := [name for name in files if printable(name) != name]:
+        name = printable(odd[0])
+        raise DataError(f"{place} holds a folder whose name is no text: {name}; rename it")
     counts = {v: sum(mesh in own for own in files.values()) for v, mesh in MESHES.items()}
     version = max(counts, key=lambda v: counts[v])
     if not counts[version]:
