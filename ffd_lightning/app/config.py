@@ -32,8 +32,8 @@ class Data(Component):
 
     Attributes:
         variants: deformed variants of each shape, in other colours, to train on beside it; auto
-            brings fewer than 300 shapes to as many, with 15 of each at most. Where nothing is said,
-            auto is meant by data=folder, and none by other data.
+            brings fewer than 300 shapes to 300, with 15 of each at most. By default auto with
+            data=folder, and none with other data.
     """
 
     settings_like: ClassVar[str] = "ffd_lightning.data.preparation.preparation:Preparation"
@@ -72,9 +72,9 @@ class Encoder(Component):
     Attributes:
         weights: the first weights. mobilenet takes a Keras .h5 file, such as
             mobilenet_2_5_192_tf_no_top.h5, or embedded: the encoder of the trained model that comes
-            with the package, which was trained on 13 categories of the embedded dataset, its shapes
-            to test on left out. timm takes pretrained, timm's own. none trains from scratch. Where
-            nothing is said, embedded is meant if it fits, else none; schedule=paper asks.
+            with the package, which was trained on 13 categories of the embedded dataset, without
+            its test shapes. timm takes pretrained, timm's own. none trains from scratch. By default
+            embedded if it fits, else none; schedule=paper has no default.
     """
 
     weights: str | None = None

@@ -1,8 +1,8 @@
 """Reconstruct what photographs show.
 
     ffd predict                                     photographs that come with a checkout
-    ffd predict image=photo.png                     by the model that comes with this
-    ffd predict image=photo.png category=chair      what it shows need not be guessed
+    ffd predict image=photo.png                     by the model that comes with the package
+    ffd predict image=photo.png category=chair      a known category is not guessed
     ffd predict run=runs/demo/table/r/t16/seed0 image=photos out=predictions
     ffd predict run=last.ckpt 'image=photos/*.jpg' mask=masks
     ffd predict image=[a.png,b.png] points=200000 top_k=3 obj=true colors=parts
@@ -10,8 +10,8 @@
 
 Writes for each image a folder below `out`: mesh.glb (the deformed template, subdivided),
 template.glb, lattice.glb (control cage before and after), cloud.ply, prediction.json and
-preview.png; with top_k=3 the next candidates too. An object is told from its background by a mask,
-by transparency, or by the border's colour. A network of heads=conditioned takes any meshes as
+preview.png; with top_k=3 the next candidates too. An object is cut out by a mask, by
+transparency, or by the border's colour. A network of heads=conditioned takes any meshes as
 templates: a folder, files or a pattern (obj, glb, gltf, ply, off, stl). The same command again
 makes only what is not there yet. The exit code is 1 if a photograph failed.
 """
@@ -80,24 +80,24 @@ class Settings(TemplateSettings):
         run: a run folder or a checkpoint file; null for the model that comes with the package.
         image: a file, a folder, a pattern such as `photos/*.png`, or a list of those; null for
             examples/photos.
-        category: what all of them show, one that the model was trained on; null lets it guess.
+        category: of the objects in all images, one that the model knows; null lets it guess.
         out: each image has a folder below it.
         mask: a file, or for several images a folder of masks with the images' names.
         box: left,top,right,bottom of the object in pixels of the one photograph, with a little room
             around it: GrabCut finds the object in it (needs the extra `photos`).
         together: all images show one object, from several sides; they give one reconstruction, in a
             folder named after the first.
-        background: what tells the object from its background, where no mask is given: `auto`, the
-            alpha channel, else the colour of the border; `rembg`, the package of that name.
+        background: what separates the object from its background, where no mask is given: `auto`,
+            the alpha channel, else the colour of the border; `rembg`, the package of that name.
         data_root: the meshes of templates= are prepared once, and kept there.
-        top_k: so many templates are deformed, the selected one first.
-        points: of `cloud.ply`.
-        colors: what the colours of meshes say: `photo`, what the photograph shows; `material`, what
-            the template is of; `parts`. By default photo, where the network tells from which side a
-            photograph was taken, or was trained on images from one side; else material.
+        top_k: how many templates are deformed, the selected one first.
+        points: how many `cloud.ply` has.
+        colors: of meshes: `photo`, the photograph's; `material`, the template's; `parts`, one for
+            each part. By default photo, where the network tells from which side a photograph was
+            taken, or was trained on images from one side; else material.
         obj: writes `mesh.obj` too.
         preview: draws a picture of each.
-        seed: of the points.
+        seed: decides which points are drawn.
         workers: threads, 0 for one per core.
         device: auto, cpu, cuda, cuda:1, ...
         progress_bar: shows how far it is.
