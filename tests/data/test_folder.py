@@ -83,8 +83,9 @@ def test_of_several_files_the_documented_one_is_taken(root, names, chosen):
 
 
 def test_one_of_several_meshes_is_taken_with_a_warning_unless_it_is_named(root):
-    write_folder(root, {f"chair/{x}.obj": OBJ for x in ("m/b", "m/a", "n/b", "n/n", "c", "d")})
-    said = {i: FolderSource(root).load("chair", i).warning for i in "mncd"}
+    write_folder(root, {f"chair/{x}.obj": OBJ for x in ("m/b", "m/a", "n/b", "n/n", "n", "c", "d")})
+    shapes = ("m", "n", "n.obj", "c", "d")
+    said = {i: FolderSource(root).load("chair", i).warning for i in shapes}
     assert said.pop("m") == "folders of several meshes, of which one is taken: a.obj"
     assert not any(said.values())
 
