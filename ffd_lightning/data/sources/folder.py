@@ -192,7 +192,7 @@ def name_files(files: Iterable[Path]) -> dict[str, Path]:
     >>> list(name_files([Path("/a/b/x.obj"), Path("/a/c/x.obj"), Path("/a/c/y.ply")]))
     ['b/x.obj', 'c/x.obj', 'y']
     """
-    paths = [Path(os.path.abspath(file)) for file in dict.fromkeys(files)]
+    paths = list(dict.fromkeys(Path(os.path.abspath(file)) for file in files))
     stems = Counter(path.stem for path in paths)
     top = os.path.commonpath([path.parent for path in paths]) if paths else ""
     return {
