@@ -217,7 +217,7 @@ def _find_shapes(folder: Path) -> _Files:
         if meshes and entry not in files:
             shapes[printable(entry.name)] = _preferred(meshes, entry.name), list(files)
             continue
-        shared += set(files).difference(meshes)
+        shared += [file for file in files if file not in meshes]
         name = printable(entry.stem if entry in files else entry.name)
         if meshes := meshes or [file for file in files if file.suffix.lower() in FOREIGN]:
             single.setdefault(name, []).extend(meshes)
