@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
+import shlex
 import zipfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -303,13 +304,13 @@ def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
 def evaluate_command(run: RunFolder, name: str) -> str:
     """Return the command that makes a run's results of this name, if its training made them."""
     protocol = re.split("[-/]", name)[0]
-    words = [f"ffd evaluate run={run.path}", f"protocol={protocol}"]
+    words = ["ffd", "evaluate", f"run={run.path}", f"protocol={protocol}"]
     if name == own_protocol(run) != protocol:
         own = {f"protocol.{k}": x for k, x in run.settings["protocol"].items() if k != "name"}
         names = ("subset", "all_views", "seed")
         how = {f"evaluation.{k}": run.settings["evaluation"][k] for k in names}
         words += [f"{key}={setting_text(value)}" for key, value in (own | how).items()]
-    return " ".join(words)
+    return shlex.join(words)
 
 
 def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import shlex
 import shutil
 import sys
 import tempfile
@@ -101,6 +102,6 @@ def report_quietly(folder: Path) -> None:
     except Exception as error:
         print(
             f"no report of {folder} ({type(error).__name__}: {error}); the runs are not affected, "
-            f"and ffd report {folder} tries again",
+            f"and ffd report {shlex.quote(str(folder))} tries again",
             file=sys.stderr,
         )

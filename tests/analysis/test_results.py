@@ -85,13 +85,13 @@ def test_scores_less_copies_of_training_shapes_stand_beside(tmp_path):
 def test_protocols_are_known_from_the_runs_alone(tmp_path):
     """That of another package, say, which is not here."""
     run = write_run(tmp_path / "b")
-    write_run(tmp_path / "b2" / "own", protocol=OWN, warmth=0.7)
-    shutil.copytree(tmp_path / "b2/own/evaluation/own", run.evaluation("own"))
+    write_run(tmp_path / "b2" / "my own", protocol=OWN, warmth=0.7)
+    shutil.copytree(tmp_path / "b2/my own/evaluation/own", run.evaluation("own"))
     results = Results.read(tmp_path, "own")
     assert results.protocol == ProtocolDescription(**vars(OWN))
     assert results.scored["warmth"].tolist() == [0.7, 0.7]
     (reason,) = Results.read(tmp_path).unscored["reason"]
-    assert reason.startswith("it has no results of protocol paper: ffd evaluate run=")
+    assert reason.startswith("it has no results of protocol paper: ffd evaluate 'run=")
     with pytest.raises(DataError, match=r"under protocol mine: b: .* protocol=mine$"):
         Results.read(tmp_path, "mine")
     (run.evaluation("paper") / "summary.json").write_text('{"protocol": {"metrics": [{}]}}')

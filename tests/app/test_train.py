@@ -1,5 +1,6 @@
 import csv
 import json
+import shlex
 import shutil
 import signal
 import sys
@@ -74,8 +75,8 @@ def test_a_run_leaves_everything_that_is_read_later(finished):
     (row,) = Results.read(run.path).scored.to_dict("records")
     assert (row["category"], row["regime"], row["templates"]) == ("table", "b", 2)
     assert row["chamfer"] == pytest.approx(summary["chamfer"])
-    again = evaluate_command(run, own_protocol(run)).removeprefix("ffd evaluate ").split()
-    assert read_config(again).protocol.settings["points"] == 64
+    again = evaluate_command(run, own_protocol(run)).removeprefix("ffd evaluate ")
+    assert read_config(shlex.split(again)).protocol.settings["points"] == 64
 
 
 def test_a_ranking_may_count_every_image_that_was_trained_on(tiny_config, tmp_path):
