@@ -54,10 +54,13 @@ def write_report(
         The page's path.
 
     Raises:
-        DataError: no run, or none evaluated under this protocol.
+        DataError: no run, or none evaluated under this protocol; `study.yaml` is damaged.
     """
     results, about = Results.read(folder, protocol), folder / "study.yaml"
-    study = dict(yaml.safe_load(about.read_text("utf-8"))) if about.is_file() else {}
+    try:
+        study = dict(yaml.safe_load(about.read_text("utf-8"))) if about.is_file() else {}
+    except (TypeError, ValueError, yaml.YAMLError):
+        raise DataError(f"{about} is damaged: run the study again, or remove it") from None
     opened = open_runs(results, open_run, gallery_runs)
     environment = _environment()
     environment.globals["pictures"] = pictures(results, opened)
