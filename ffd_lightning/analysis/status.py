@@ -38,7 +38,7 @@ def run_status(run: RunFolder) -> dict[str, object]:
         if progress.get("phase") == "evaluating":  # the samples that are scored
             with suppress(FileNotFoundError):  # it may end just now
                 files = (run.path / "evaluation").rglob("samples.partial")
-                done = max((len(f.read_text("utf-8").splitlines()) - 1 for f in files), default=0)
+                done = max((len(f.read_bytes().splitlines()) - 1 for f in files), default=0)
         share = done / total if total else None
     return {
         "run": str(run.path),
