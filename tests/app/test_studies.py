@@ -9,7 +9,7 @@ from omegaconf import OmegaConf
 from shapenet_tree import good_models, write_folder
 
 from ffd_lightning.app.commands import sweep as command
-from ffd_lightning.app.commands.sweep import Request, run_study
+from ffd_lightning.app.commands.sweep import run_study
 from ffd_lightning.app.configuration import config_folder, jobs
 from ffd_lightning.app.identity import run_folder
 from ffd_lightning.app.search import run_search
@@ -39,8 +39,8 @@ def trained(monkeypatch):
     return calls
 
 
-def request_of(tmp_path, *arguments):
-    return Request.parse([*arguments, "--quick", f"paths.runs={tmp_path}"])
+def run_quickly(tmp_path, *arguments):
+    return run_study([*arguments, "--quick", f"paths.runs={tmp_path}"])
 
 
 # --- what a study is ------------------------------------------------------------------------------
@@ -147,12 +147,12 @@ def test_what_is_no_study(tmp_path, text, message):
 @pytest.mark.parametrize("name", ["paper_table", "search"])
 def test_a_study_for_the_paper_asks_for_its_weights(name, trained, tmp_path, capsys):
     given = [name, f"paths.runs={tmp_path}"]
-    assert run_study(Request.parse([*given, "--dry-run", "--config-dir=conf"])) == 0
+    assert run_study([*given, "--dry-run", "--config-dir=conf"]) == 0
     printed = capsys.readouterr()
     assert "python train.py -m --config-dir conf" in printed.out
     assert ("mobilenet_2_5_192_tf_no_top.h5 (https://" in printed.err) == (name not in SHORT)
     with pytest.raises(ConfigError, match=r"encoder.weights=/no/such.h5 is not a file"):
-        run_study(Request.parse([*given, "encoder.weights=/no/such.h5"]))
+        run_study([*given, "encoder.weights=/no/such.h5"])
     assert not trained
     assert not list(tmp_path.iterdir())
 
@@ -165,9 +165,9 @@ def test_what_only_some_jobs_would_fail_by_is_found_too(trained, tmp_path):
         ("data.num_points=few", "few"),
     ):
         with pytest.raises(ConfigError, match=message):
-            run_study(request_of(tmp_path, "regimes", own))
+            run_quickly(tmp_path, "regimes", own)
     with pytest.raises(ConfigError, match="stages of this study differ in templates"):
-        run_study(request_of(tmp_path, "template_counts", "templates=t1,t2"))
+        run_quickly(tmp_path, "template_counts", "templates=t1,t2")
     assert not trained
 
 
@@ -183,20 +183,20 @@ def shapenet(tmp_path):
 def test_a_study_of_categories_that_are_not_there_is_refused(name, shapenet, trained, tmp_path):
     given = [name, *shapenet, f"paths.runs={tmp_path}/runs", "encoder.weights=none"]
     with pytest.raises(ConfigError) as caught:
-        run_study(Request.parse(given))
+        run_study(given)
     assert "has chair, rifle, table, and lacks 11 of the study's 13 categories" in str(caught.value)
     assert not (tmp_path / "runs").exists()
 
 
 def test_a_stage_that_fails_does_not_stop_the_next(trained, tmp_path):
     given = ("template_counts", "category=chair", "--config-dir=conf", 'name="so, ä"')
-    assert run_study(request_of(tmp_path, *given)) == 1
+    assert run_quickly(tmp_path, *given) == 1
     assert len(trained) == 3
     assert all("category=chair" in call and f"paths.runs={tmp_path}" in call for call in trained)
     note = yaml.safe_load((tmp_path / "so, ä" / "study.yaml").read_text())
     assert note["study"] == "template_counts"
     assert note["question"].startswith("How many")
-    assert "--quick --config-dir conf category=chair" in note["command"]
+    assert "category=chair --config-dir=conf" in note["command"]
 
 
 # --- search ---------------------------------------------------------------------------------------
@@ -209,9 +209,9 @@ def test_both_ends_of_a_search_are_checked_before_its_first_trial(trained, tmp_p
     high = "{regime.min_weight: {low: 1e-3, high: 5}}"
     file.write_text(f"question: Why?\noverrides: [regime=r]\nsearch: {{parameters: {high}}}")
     with pytest.raises(ConfigError, match=r"min_weight=5\.0 must"):
-        run_study(request_of(tmp_path, str(file)))
+        run_quickly(tmp_path, str(file))
     with pytest.raises(ConfigError, match=r"regime\.min_weight: the study searches it"):
-        run_study(request_of(tmp_path, str(file), "regime.min_weight=0.3"))
+        run_quickly(tmp_path, str(file), "regime.min_weight=0.3")
     assert not trained
 
 

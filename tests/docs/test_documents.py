@@ -16,7 +16,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import OmegaConf
 
 from ffd_lightning.app.commands.evaluate import read_config
-from ffd_lightning.app.commands.sweep import Request
+from ffd_lightning.app.commands.sweep import read_request
 from ffd_lightning.app.config import PrepareCommandConfig, TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.settings import read_settings
@@ -78,9 +78,9 @@ def test_a_written_command_is_understood(page, command, arguments):
     if any(word.startswith(THEIRS) for word in arguments) or "--help" in arguments:
         pytest.skip("needs a package of the reader's own, or only asks for help")
     if command == "sweep":
-        request = Request.parse(arguments)
-        load_study(ROOT / "sweeps" / f"{request.study}.yaml")
-        command, arguments = "train", request.overrides
+        _, study, arguments = read_request(arguments)
+        load_study(ROOT / "sweeps" / f"{study}.yaml")
+        command = "train"
     if command == "evaluate":
         read_config(arguments)
         return

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import shlex
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import yaml
@@ -48,39 +48,21 @@ Settings:
   key=value ...            settings as for train.py, before the study's"""
 
 
-@dataclass
-class Request:
-    """What a command line asks for: see `_HELP`; `study` is its name, or a file."""
-
-    study: str
-    quick: bool = False
-    dry_run: bool = False
-    overrides: list[str] = field(default_factory=list)
-    config_dir: str | None = None
-
-    @property
-    def options(self) -> list[str]:
-        """What the command line of each sweep has beside its overrides."""
-        return [] if self.config_dir is None else ["--config-dir", self.config_dir]
-
-    @classmethod
-    def parse(cls, arguments: Sequence[str]) -> Request:
-        """Read a command line."""
-        given = [word for each in arguments for word in _ALIASES.get(each, [each])]
-        found, words = read_options("sweep", given, "--quick", "--dry-run")
-        named = [x for x in words if "=" not in x or x.startswith("study=")]
-        overrides = [x for x in words if x not in named]
-        if len(named) != 1:
-            there = ", ".join(sorted(file.stem for file in _FOLDER.glob("*.yaml")))
-            raise ConfigError(f"name one study: {there}; got {' and '.join(named) or 'none'}")
-        study = named[0].removeprefix("study=")
-        return cls(study, found.quick, found.dry_run, overrides, found.config_dir)
+def read_request(arguments: Sequence[str]) -> tuple[argparse.Namespace, str, list[str]]:
+    """Return what a command line asks for, see `_HELP`: options, the study, overrides."""
+    given = [word for each in arguments for word in _ALIASES.get(each, [each])]
+    options, words = read_options("sweep", given, "--quick", "--dry-run")
+    named = [x for x in words if "=" not in x or x.startswith("study=")]
+    if len(named) != 1:
+        there = ", ".join(sorted(file.stem for file in _FOLDER.glob("*.yaml")))
+        raise ConfigError(f"name one study: {there}; got {' and '.join(named) or 'none'}")
+    return options, named[0].removeprefix("study="), [x for x in words if x not in named]
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run the study that the command line names, or list what there is."""
     if arguments and not {"-h", "--help"} & set(arguments):
-        return run_study(Request.parse(arguments))
+        return run_study(arguments)
     studies = {file.stem: load_study(file) for file in sorted(_FOLDER.glob("*.yaml"))}
     listed = two_columns((name, study.question) for name, study in studies.items())
     paper = ", ".join(n for n, study in studies.items() if "schedule=paper" in study.overrides)
@@ -89,42 +71,42 @@ def main(arguments: Sequence[str]) -> int:
     return 0
 
 
-def run_study(request: Request) -> int:
+def run_study(arguments: Sequence[str]) -> int:
     """Run a study, resuming where it was interrupted; return 0 if all runs are finished."""
-    file = Path(request.study)
+    options, asked, given = read_request(arguments)
+    file = Path(asked)
     file = file if file.suffix in (".yaml", ".yml") else _FOLDER / f"{file}.yaml"
     study, stem = load_study(file), file.stem
-    name = value_of("name", request.overrides, f"{stem}-quick" if request.quick else stem)
-    overrides = ["callbacks.report=false", *request.overrides]  # one at the end instead
-    stages = sweeps(study, name, request.quick, overrides)
+    name = value_of("name", given, f"{stem}-quick" if options.quick else stem)
+    overrides = ["callbacks.report=false", *given]  # one at the end instead
+    stages = sweeps(study, name, options.quick, overrides)
     tried = study.search.ends if study.search else [[]]
     checked = [[*stage, *values] for stage in stages for values in tried]
     if study.search:
-        given = {x.partition("=")[0].lstrip("+~") for x in request.overrides}
-        if taken := [key for key in study.search.parameters if key.lstrip("+") in given]:
+        keys = {x.partition("=")[0].lstrip("+~") for x in given}
+        if taken := [key for key in study.search.parameters if key.lstrip("+") in keys]:
             raise ConfigError(f"{', '.join(taken)}: the study searches it, leave it out")
-    first, problems = check_study(checked, request.config_dir)
+    first, problems = check_study(checked, options.config_dir)
     folder = Path(first.paths.runs) / first.name
+    more = ["--config-dir", options.config_dir] if options.config_dir else []
     print(f"{study.question}\n\n{folder}\n", flush=True)
-    if request.dry_run:
+    if options.dry_run:
         for stage in stages:
-            print(shlex.join(["python", "train.py", "-m", *request.options, *stage]))
+            print(shlex.join(["python", "train.py", "-m", *more, *stage]))
         if problems:
             print(f"\nIt would be refused: {problems}", file=sys.stderr)
         return 0
     if problems:
         raise ConfigError(problems)
-    _note(folder, stem, study, request)
+    _note(folder, stem, study, arguments)
     if study.search is not None:
         from ffd_lightning.app.search import run_search
 
-        trials = study.search.quick_trials if request.quick else study.search.trials
-        code = run_search(
-            study.search, trials, folder, stages[0], lambda x: train([*x, *request.options])
-        )
+        trials = study.search.quick_trials if options.quick else study.search.trials
+        code = run_search(study.search, trials, folder, stages[0], lambda x: train([*x, *more]))
     else:
         # A stage of which a run has failed does not keep the next from the others' results.
-        code = max([train([*stage, *request.options]) for stage in stages])
+        code = max([train([*stage, *more]) for stage in stages])
     from ffd_lightning.app.sweep_end import report_quietly
 
     report_quietly(folder)
@@ -140,10 +122,9 @@ def train(overrides: Sequence[str]) -> int:
     return int(code != 0)
 
 
-def _note(folder: Path, name: str, study: Study, request: Request) -> None:
+def _note(folder: Path, name: str, study: Study, arguments: Sequence[str]) -> None:
     """Keep with the runs what they are for."""
-    options = [*(["--quick"] if request.quick else []), *request.options]
-    command = shlex.join(["python", "sweep.py", request.study, *options, *request.overrides])
+    command = shlex.join(["python", "sweep.py", *arguments])
     content: dict[str, object] = {"study": name, "question": study.question, "command": command}
     content |= {"beside_paper": True} if study.beside_paper else {}
     text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
