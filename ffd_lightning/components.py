@@ -20,8 +20,7 @@ import sys
 import traceback
 import types
 import typing
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from numbers import Integral, Real
@@ -132,7 +131,7 @@ _DESCRIBED = ("encoder", "protocol")  # to attributes of others, a schedule's sa
 
 _registered: dict[tuple[str, str], tuple[Any, str]] = {}  # -> target, provider
 _loaded: set[str] = set()
-_provider = ""  # the package whose plugin is being imported
+_provider = ""  # the installed package whose plugin is being imported
 _broken: dict[str, str] = {}  # plugins that could not be imported, and why
 
 
@@ -636,25 +635,26 @@ def load_plugins(modules: Iterable[str] = ()) -> None:
     A package that cannot be imported is warned of, and named where something is missing; a module
     that the user named is an error.
     """
+    global _provider
     if ENTRY_POINTS not in _loaded:
         _loaded.add(ENTRY_POINTS)
         for point in importlib.metadata.entry_points(group=ENTRY_POINTS):
             whose = point.name if point.dist is None else f"{point.dist.name} {point.dist.version}"
+            _provider = whose
             try:
-                with _from(whose):
-                    point.load()
+                point.load()
             except Exception as error:
                 _broken[whose] = _with_place(error)
                 log.warning("the plugin %s cannot be loaded: %s", whose, _broken[whose])
             _loaded.add(point.module)
+        _provider = ""
     for name in modules:
         if name in _loaded:
             continue
         if "" not in sys.path:
             sys.path.insert(0, "")  # a module in the folder where the command is run
         try:
-            with _from(_distribution_of(name)):
-                importlib.import_module(name)
+            importlib.import_module(name)
         except Exception as error:
             log.debug("plugins=%s", name, exc_info=True)
             why = _with_place(error)
@@ -675,16 +675,6 @@ def _distribution_of(module: str) -> str:
     """Return name and version of the package that a module belongs to, else the module's name."""
     found = importlib.metadata.packages_distributions().get(module.split(".")[0])
     return f"{found[0]} {importlib.metadata.version(found[0])}" if found else f"module {module}"
-
-
-@contextmanager
-def _from(whose: str) -> Iterator[None]:
-    global _provider
-    before, _provider = _provider, whose
-    try:
-        yield
-    finally:
-        _provider = before
 
 
 def _check_kind(kind: str) -> None:
