@@ -36,8 +36,8 @@ def atomic_file(path: Path, durable: bool = True) -> Iterator[IO[bytes]]:
                 file.flush()
                 os.fsync(file.fileno())
         temporary.replace(path)
-    except OSError as error:  # of a full disk it names no file
-        error.filename = error.filename or str(path)
+    except OSError as error:
+        error.filename = str(path)  # of a full disk it names none, else the temporary one
         raise
     finally:
         temporary.unlink(missing_ok=True)
@@ -53,6 +53,11 @@ def write_bytes_atomic(path: Path, content: bytes) -> None:
 def write_atomic(path: Path, text: str) -> None:
     """Write a small text file, in UTF-8, as `write_bytes_atomic` does."""
     write_bytes_atomic(path, text.encode())
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write what JSON can hold as `write_atomic` does."""
+    write_atomic(path, json.dumps(content, indent=2) + "\n")
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -16,7 +16,7 @@ import yaml
 from filelock import FileLock, Timeout
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.files import lock_folder, read_json, write_atomic
+from ffd_lightning.files import lock_folder, read_json, write_json
 
 NOT_DECIDING = (
     *("trainer", "logger", "callbacks", "protocol", "evaluation", "paths", "preparation"),
@@ -124,7 +124,7 @@ class RunFolder:
     def set_status(self, state: str, **details: Any) -> None:
         """Write `status.json`: state is running, finished or failed (then with a `reason`)."""
         content = {"state": state, "time": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **details}
-        write_atomic(self.path / "status.json", json.dumps(content, indent=2) + "\n")
+        write_json(self.path / "status.json", content)
 
     def discard(self) -> None:
         """Remove what a training left, and all that was found out about its network.
@@ -153,8 +153,7 @@ class RunFolder:
 
     def set_data(self, record: Mapping[str, Any]) -> None:
         """Write `data.json`: see `FfdDataModule.record`; and the folder that paths start from."""
-        content = {**record, "folder": os.getcwd()}
-        write_atomic(self.path / "data.json", json.dumps(content, indent=2) + "\n")
+        write_json(self.path / "data.json", {**record, "folder": os.getcwd()})
 
     def is_of_data(self, sources: Mapping[str, Any]) -> bool:
         """Return whether the run was trained on the files that the data is of now, if it is known.
@@ -172,7 +171,7 @@ class RunFolder:
     def set_progress(self, phase: str, done: int, total: int, seconds_left: float | None) -> None:
         """Write `progress.json`: how much of a phase is done, and how long the rest takes."""
         content = {"phase": phase, "done": done, "total": total, "seconds_left": seconds_left}
-        write_atomic(self.path / "progress.json", json.dumps(content) + "\n")
+        write_json(self.path / "progress.json", content)
 
     @property
     def at_work(self) -> bool:

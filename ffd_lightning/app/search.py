@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -15,7 +14,7 @@ from ffd_lightning import components
 from ffd_lightning.app.studies import Search, merged, value_of
 from ffd_lightning.data.preparation.prepared import digest_of
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.files import lock_folder, write_atomic, write_csv
+from ffd_lightning.files import lock_folder, write_csv, write_json
 from ffd_lightning.run_folder import decides, find_runs
 
 if TYPE_CHECKING:
@@ -88,7 +87,7 @@ def _write(study: optuna.Study, folder: Path) -> None:
     rows.sort(key=lambda row: row["score"], reverse=study.direction.name == "MAXIMIZE")
     if rows:
         write_csv(folder / "trials.csv", rows)
-        write_atomic(folder / "best.json", json.dumps(rows[0], indent=2) + "\n")
+        write_json(folder / "best.json", rows[0])
 
 
 def _decides(key: str) -> bool:

@@ -1,7 +1,6 @@
 """Scores of a network under a protocol, and what they are worth: resumable, on all cores."""
 
 import hashlib
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -37,7 +36,7 @@ from ffd_lightning.evaluation.samples import (
     score_all,
     score_sample,
 )
-from ffd_lightning.files import lock_folder, read_json, write_atomic, write_csv
+from ffd_lightning.files import lock_folder, read_json, write_csv, write_json
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.nn.viewpoint import viewpoints
 
@@ -142,7 +141,7 @@ def evaluate(
         (folder / "summary.json").unlink(missing_ok=True)
         for name, rows in zip(TABLES, (table, ranking), strict=True):
             write_csv(folder / name, rows)
-        write_atomic(folder / "summary.json", json.dumps(content, indent=2) + "\n")
+        write_json(folder / "summary.json", content)
         partial.unlink()
     return summary
 

@@ -17,9 +17,9 @@ from torch import Tensor, nn
 from ffd_lightning.checkpoint import TrainedModel, load_model, read_checkpoint
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
-from ffd_lightning.inference.files import write_file
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
 NUM_POINTS = 2048
@@ -58,7 +58,7 @@ def export_onnx(
 
     Raises:
         ConfigError: see `check_out`; or torch cannot export this network.
-        DataError: the graph differs from torch by more than 1e-4, or a file cannot be written.
+        DataError: the graph differs from torch by more than 1e-4.
     """
     check_out(out)
     content = build_graph(model, notes).SerializeToString()
@@ -71,8 +71,8 @@ def export_onnx(
             )
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **pack_templates(model.bank))
-    write_file(templates_file(out), buffer.getvalue())
-    write_file(out, content)
+    write_bytes_atomic(templates_file(out), buffer.getvalue())
+    write_bytes_atomic(out, content)
     return differences
 
 
@@ -223,7 +223,7 @@ def write_packed(checkpoint: Path, out: Path, model: TrainedModel | None = None)
 
     Raises:
         ConfigError: `out` is the checkpoint itself, or the checkpoint cannot be used.
-        DataError: it is damaged, its weights are too large, or the file cannot be written.
+        DataError: it is damaged, or its weights are too large.
     """
     if out.exists() and out.samefile(checkpoint):
         raise ConfigError(f"out={out} is the checkpoint itself: name another file")
@@ -240,4 +240,4 @@ def write_packed(checkpoint: Path, out: Path, model: TrainedModel | None = None)
         entry["strangers"] = model.network.strangers
     buffer = io.BytesIO()
     torch.save({"global_step": model.step, "state_dict": network, "model": entry}, buffer)
-    write_file(out, buffer.getvalue())
+    write_bytes_atomic(out, buffer.getvalue())

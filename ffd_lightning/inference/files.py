@@ -1,6 +1,5 @@
 """What is written of a reconstruction: meshes, cloud, lattice, a picture and a record."""
 
-import json
 from pathlib import Path
 from typing import Any, cast
 
@@ -8,7 +7,6 @@ import numpy as np
 import trimesh
 from trimesh.exchange.obj import export_obj
 
-from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.figures import View, cloud_mesh, reconstruction_row
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh
@@ -38,12 +36,12 @@ def write_meshes(
         "lattice": lattice_scene(reconstruction),
     }
     for name, scene in scenes.items():
-        write_file(folder / f"{name}.glb", glb(scene))
+        write_bytes_atomic(folder / f"{name}.glb", glb(scene))
     if obj:
         scene = mesh_scene(surface, colors, linear=False)
         text, materials = export_obj(scene, return_texture=True, mtl_name="mesh.mtl", digits=6)
         for name, content in {**materials, "mesh.obj": text.encode()}.items():
-            write_file(folder / name, content)
+            write_bytes_atomic(folder / name, content)
 
 
 def write_cloud(
@@ -67,7 +65,7 @@ def write_cloud(
     content = cast(bytes, cloud.export(file_type="ply"))
     names = enumerate(reconstruction.part_names if labels else ())
     notes = "".join(f"comment label {k} {name}\n" for k, name in names).encode()
-    write_file(path, content.replace(b"element vertex", notes + b"element vertex", 1))
+    write_bytes_atomic(path, content.replace(b"element vertex", notes + b"element vertex", 1))
 
 
 def write_preview(
@@ -92,7 +90,7 @@ def write_preview(
     camera = reconstruction.camera or view.picture_camera
     seen = View(camera, times * view.height, times * view.width)
     cells = reconstruction_row(reconstruction.photo.image, list(meshes.values()), seen)
-    write_file(path, png(grid(cells, len(cells), ["what the network saw", *meshes])))
+    write_bytes_atomic(path, png(grid(cells, len(cells), ["what the network saw", *meshes])))
 
 
 def record(reconstruction: Reconstruction) -> dict[str, Any]:
@@ -124,20 +122,3 @@ def record(reconstruction: Reconstruction) -> dict[str, Any]:
         },
         "frame": "y up, facing -z; the template's bounding box has diagonal 1",
     }
-
-
-def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write a record."""
-    write_file(path, (json.dumps(content, indent=2) + "\n").encode())
-
-
-def write_file(path: Path, content: bytes) -> None:
-    """Write a file so that a kill never leaves half of it.
-
-    Raises:
-        DataError: it cannot be written.
-    """
-    try:
-        write_bytes_atomic(path, content)
-    except OSError as error:
-        raise DataError(f"cannot write {path}: {error.strerror or error}") from None

@@ -36,13 +36,12 @@ from ffd_lightning.app.configuration import config_folder
 from ffd_lightning.components import NotNegative, Positive
 from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.errors import ConfigError, DataError, UserError
-from ffd_lightning.files import lock_folder, read_json
+from ffd_lightning.files import lock_folder, read_json, write_json
 from ffd_lightning.imaging.framing import Background, Box, FramedPhoto
 from ffd_lightning.imaging.photos import FORMATS
 from ffd_lightning.inference.files import (
     record,
     write_cloud,
-    write_json,
     write_meshes,
     write_preview,
 )
