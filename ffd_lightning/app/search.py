@@ -11,7 +11,7 @@ import numpy as np
 from filelock import FileLock
 
 from ffd_lightning import components
-from ffd_lightning.app.studies import Search, merged, value_of
+from ffd_lightning.app.studies import Search, key_of, merged, value_of
 from ffd_lightning.data.preparation.prepared import digest_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import lock_folder, write_csv, write_json
@@ -51,7 +51,7 @@ def run_search(
         raise ConfigError("a search looks at the validation shapes: leave evaluation.subset out")
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     maximize = measures[search.measure].higher_is_better
-    deciding = sorted(x for x in overrides if _decides(x.lstrip("+~").partition("=")[0]))
+    deciding = sorted(x for x in overrides if _decides(key_of(x)))
     settings = [deciding, search.measure, asdict(search)["parameters"]]
     name = f"search-{digest_of(settings)[:_DIGITS]}"
     with lock_folder(folder / name, f"another process does {folder / name}: wait for it"):
@@ -100,9 +100,13 @@ def _trials(
     study: optuna.Study, search: Search, count: int
 ) -> Iterator[tuple[int, dict[str, float]]]:
     """Yield number and settings of the trials without a score, those begun earlier first."""
+    from optuna.distributions import BaseDistribution, FloatDistribution
     from optuna.samplers import TPESampler
     from optuna.trial import TrialState
 
+    space: dict[str, BaseDistribution] = {
+        key: FloatDistribution(r.low, r.high, log=r.log) for key, r in search.parameters.items()
+    }
     for trial in study.get_trials(states=[TrialState.RUNNING]):
         if trial.params.keys() == search.parameters.keys():
             yield trial.number, trial.params
@@ -112,9 +116,5 @@ def _trials(
         # A sampler per trial: what it suggests then depends on the scores so far, not on whether
         # the search was cut off.
         study.sampler = TPESampler(seed=len(study.get_trials()))
-        new = study.ask()
-        chosen = {
-            key: new.suggest_float(key, r.low, r.high, log=r.log)
-            for key, r in search.parameters.items()
-        }
-        yield new.number, chosen
+        new = study.ask(space)
+        yield new.number, new.params

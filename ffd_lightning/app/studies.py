@@ -128,8 +128,8 @@ def sweeps(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> li
         merged([*study.overrides, *x.overrides, *(quick * [*study.quick, *x.quick])])
         for x in study.stages or [Stage()]
     ]
-    for key in map(_key, overrides):
-        if len({tuple(x for x in own if _key(x) == key) for own in stages}) > 1:
+    for key in map(key_of, overrides):
+        if len({tuple(x for x in own if key_of(x) == key) for own in stages}) > 1:
             raise ConfigError(
                 f"the stages of this study differ in {key}: change it in a copy of the study's "
                 "file, and give that"
@@ -147,10 +147,11 @@ def merged(overrides: Iterable[str]) -> list[str]:
     >>> merged(["regime=b,e", "seed=0", "regime=r"])
     ['regime=r', 'seed=0']
     """
-    return list({_key(x): x for x in overrides}.values())
+    return list({key_of(x): x for x in overrides}.values())
 
 
-def _key(override: str) -> str:
+def key_of(override: str) -> str:
+    """Return what an override sets, adds or removes."""
     return override.split("=", 1)[0].lstrip("+~")
 
 

@@ -14,7 +14,7 @@ import yaml
 from ffd_lightning.app.commands.train import run_to_end, train_command
 from ffd_lightning.app.configuration import config_folder
 from ffd_lightning.app.settings import read_options, two_columns
-from ffd_lightning.app.studies import Study, check_study, load_study, sweeps, value_of
+from ffd_lightning.app.studies import Study, check_study, key_of, load_study, sweeps, value_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic
 from ffd_lightning.pretrained import KERAS_ADDRESS, KERAS_FILES
@@ -83,7 +83,7 @@ def run_study(arguments: Sequence[str]) -> int:
     tried = study.search.ends if study.search else [[]]
     checked = [[*stage, *values] for stage in stages for values in tried]
     if study.search:
-        keys = {x.partition("=")[0].lstrip("+~") for x in given}
+        keys = set(map(key_of, given))
         if taken := [key for key in study.search.parameters if key.lstrip("+") in keys]:
             raise ConfigError(f"{', '.join(taken)}: the study searches it, leave it out")
     first, problems = check_study(checked, options.config_dir)
