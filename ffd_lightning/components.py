@@ -21,6 +21,7 @@ import traceback
 import types
 import typing
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from numbers import Integral, Real
@@ -494,9 +495,11 @@ class Component:
         parameters = inspect.signature(target).parameters
         handed = {key: value for key, value in context.items() if key in parameters}
         made = called(target, where, **given, **handed)
-        if self.kind in _DESCRIBED and getattr(made, "component", self) is None:
+        if self.kind in _DESCRIBED and getattr(made, "component", None) is None:
             # A function made it, or a class that was registered from elsewhere.
-            made.component = dataclasses.replace(self, provider=whose)
+            own = dataclasses.replace(self, settings=plain(given), provider=whose)
+            with suppress(AttributeError):  # of what is nothing of this kind
+                object.__setattr__(made, "component", own)
         return made
 
 

@@ -4,6 +4,7 @@ import sys
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -151,6 +152,10 @@ def test_what_a_function_makes_is_known_again():
     assert make("encoder", "made", size=8).component == Component(
         "encoder", "made", {"size": 8}, "own 0.1"
     )
+    component("protocol", "made")(lambda points=8: SimpleNamespace())
+    assert make("protocol", "made").component.settings == {"points": 8}, "not only in commands"
+    component("protocol", "other")(lambda: {})
+    assert make("protocol", "other") == {}, "its kind is looked at elsewhere"
     with pytest.raises(ConfigError, match="no encoder 'maed'"):
         find("encoder", "maed", "own 0.1")  # the package is here
 

@@ -205,7 +205,6 @@ def build_protocol(chosen: Component) -> Protocol:
     """Return how predictions are measured."""
     protocol = _built(chosen, Protocol)
     protocol.check_metrics(chosen.name)
-    object.__setattr__(protocol, "component", chosen)  # where a function makes it, too
     return protocol
 
 
