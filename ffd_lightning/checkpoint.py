@@ -276,9 +276,13 @@ def read_checkpoint(checkpoint: Path) -> dict[str, Any]:
         return state
     except FileNotFoundError:
         raise ConfigError(
-            f"there is no checkpoint {checkpoint}: train the run, or name one with checkpoint=FILE"
+            f"there is no checkpoint {checkpoint}: name another, or train its run (with "
+            "restart=true if that is finished)"
         ) from None
     except Exception as error:  # unpickling meets anything in a damaged file
         if is_of_machine(error):
             raise ConfigError(f"the checkpoint {checkpoint} cannot be read: {error}") from None
-        raise DataError(f"the checkpoint {checkpoint} is damaged or no checkpoint") from None
+        raise DataError(
+            f"the checkpoint {checkpoint} is damaged or no checkpoint: take another, or train its "
+            "run with restart=true"
+        ) from None

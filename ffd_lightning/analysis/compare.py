@@ -65,8 +65,8 @@ def compare(
     without = results.samples.loc[results.samples[measure].isna(), "run"]
     if len(without):
         raise DataError(
-            f"{without.iloc[0]} has samples without {measure}: ffd evaluate "
-            f"run={without.iloc[0]} (evaluation.references=true for what a network must beat)"
+            f"{without.iloc[0]} has samples without {measure}: ffd evaluate the run again "
+            "(evaluation.references=true for what a network must beat)"
         )
     settings = results.deciding if alone else pd.DataFrame()
     settings = settings.loc[:, settings.nunique() > 1]
