@@ -4,7 +4,6 @@ import sys
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -152,7 +151,7 @@ def test_what_a_function_makes_is_known_again():
     assert make("encoder", "made", size=8).component == Component(
         "encoder", "made", {"size": 8}, "own 0.1"
     )
-    component("protocol", "made")(lambda points=8: SimpleNamespace())
+    component("protocol", "made")(lambda points=8: Inner())
     assert make("protocol", "made").component.settings == {"points": 8}, "not only in commands"
     component("protocol", "other")(lambda: {})
     assert make("protocol", "other") == {}, "its kind is looked at elsewhere"
