@@ -235,10 +235,9 @@ class _Maker:
             places = job.folder, job.image, *(other.image for other in job.others)
             named = any(str(place) in str(error) for place in places)
             return Outcome(error=str(error) if named else f"{job.image}: {error}")
-        except OSError as error:  # of a full disk, say
-            return Outcome(error=f"{job.image}: {error.filename}: {error.strerror}")
         except Exception as error:  # one failure does not stop the others
-            return Outcome(error=f"{job.image}: {type(error).__name__}: {error}")
+            name = "" if isinstance(error, OSError) else f"{type(error).__name__}: "
+            return Outcome(error=f"{job.image}: {name}{error}")
 
     def _made(self, job: Job) -> Outcome:
         settings, model, folder = self._settings, self._predictor.model, job.folder
